@@ -39,7 +39,7 @@ void add_notes_on_recordings(const CalibrationReport& report, NoteList& list) {
            "of subjects are assumed. Forces within a layer follow from such lines.");
   const long plunger = with_force(ForceSource::plunger);
   list.add(plunger > 0,
-           "In " + std::to_string(plunger) + " continuous recording" + (plunger == 1 ? "" : "s") +
+           "In " + counted(plunger, "continuous recording", "continuous recordings") +
                " pressure times plunger area represents the force along the needle (Eq. 1). This "
                "holds as long as the thumb on the plunger drives the needle.");
   list.add(plunger + with_force(ForceSource::recorded) == 0,
@@ -50,8 +50,7 @@ void add_notes_on_recordings(const CalibrationReport& report, NoteList& list) {
     const long others = count_if(report, [&](const auto& each) {
       return std::abs(each.observed.recording.plunger_area / syringe->plunger_area - 1.0) > same;
     });
-    list.add(others > 0, std::to_string(others) +
-                             (others == 1 ? " recording is" : " recordings are") +
+    list.add(others > 0, counted(others, "recording is", "recordings are") +
                              " of a plunger of another area than the scene's " +
                              short_number(syringe->plunger_area, 4) +
                              " m^2: the thumb's force is then that of the scene's plunger and of "
@@ -224,8 +223,7 @@ Figure profile_figure(const CalibrationReport& report) {
   const Parameter& p = report.result.fit.parameters[profile.parameter].parameter;
   const auto [low, high] = std::ranges::minmax(profile.value);
   constexpr double threshold = 3.841;  // 0.95 quantile of chi-squared with one degree of freedom
-  return {.id = "profile",
-          .title = "Profile of " + p.key,
+  return {.title = "Profile of " + p.key,
           .caption =
               "Growth of the sum of squares where this parameter, told with the widest interval, "
               "is held and the others are fitted again. Dashed: 95 % if observables were "
@@ -268,8 +266,7 @@ Figure force_figure(const Fit& fit) {
     band.y.push_back(fit.data.mean[row] - reach);
     band.y2.push_back(fit.data.mean[row] + reach);
   }
-  return {.id = "force",
-          .title = "Force along the needle before the loss of resistance",
+  return {.title = "Force along the needle before the loss of resistance",
           .caption =
               "Means over 2 mm of the way, 1.5 mm in the last, by the distance to where resistance "
               "is lost.",
@@ -296,8 +293,7 @@ Figure misfit_figure(const Fit& fit) {
   allowed.x = {0.5, end};
   allowed.y = {-2.0, -2.0};
   allowed.y2 = {2.0, 2.0};
-  return {.id = "misfit",
-          .title = "Misfit of every observable",
+  return {.title = "Misfit of every observable",
           .caption =
               "Simulated less recorded, in standard uncertainties; observables as the table below "
               "numbers them.",
@@ -383,8 +379,7 @@ std::vector<Fact> facts_of(const CalibrationReport& report) {
 }
 
 std::string kind_banner(const CalibrationReport& report) {
-  return std::to_string(report.recordings.size()) +
-         (report.recordings.size() == 1 ? " recording, " : " recordings, ") +
+  return counted(report.recordings.size(), "recording, ", "recordings, ") +
          (report.reconstructed() ? "reconstructed, not measured" : "measured");
 }
 
@@ -415,8 +410,7 @@ std::string calibration_detail(const CalibrationReport& report) {
   std::string text = "Sum of squares over " + std::to_string(fit.rows.size()) +
                      " observables: " + short_number(fit.misfit_before, 3) + " before, " +
                      short_number(fit.misfit_after, 3) + " after. From " +
-                     std::to_string(report.recordings.size()) +
-                     (report.recordings.size() == 1 ? " recording" : " recordings");
+                     counted(report.recordings.size(), "recording", "recordings");
   text += report.reconstructed()
               ? ", reconstructed from published summary values: no evidence about patients."
               : ".";

@@ -3,7 +3,6 @@
 #include "reports/certificate_report.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -165,17 +164,14 @@ std::vector<Figure> histogram_figures(const CertificateReport& report) {
   const LoadResult* worst = report.result.worst();
   if (worst == nullptr || worst->control.record.ticks() == 0) { return {}; }
   Figure figure{
-      .id = "responses",
       .title = "Response: scene and empty loop",
       .caption = "Ticks in each us from the scheduled release; a single late one is a point at 1.",
       .x = {.label = "time (us)", .logarithmic = true},
       .y = {.label = "ticks", .logarithmic = true, .minimum = 0.8},
       .series = {series_of("scene", worst->scene.record.response),
                  series_of("empty loop", worst->control.record.response)},
-      .marks = {{"deadline", 1e6 * report.result.claim.deadline}},
-      .timing = true};
+      .marks = {{"deadline", 1e6 * report.result.claim.deadline}}};
   Figure parts = figure;
-  parts.id = "parts";
   parts.title = "Parts of the response of the scene";
   parts.caption = "Late wake-up and computation, in bins of 1 us.";
   parts.series = {series_of("computation", worst->scene.record.compute),
@@ -270,8 +266,7 @@ Json value_json(std::monostate) { return nullptr; }
 template <class Value> Json value_json(const Value& value) { return value; }
 
 std::string headline(Status status) {
-  std::string text(verdict_word(status));
-  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  const std::string text = capitalised(std::string(verdict_word(status)));
   return status == Status::inconclusive ? text + ": nothing is certified" : text;
 }
 

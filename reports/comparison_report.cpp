@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <string>
 
@@ -22,10 +21,6 @@ namespace palpate {
 using namespace comparison;
 
 namespace {
-
-std::string counted(std::size_t count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
 
 void append_part(std::string& text, const std::string& part) {
   text += (text.empty() ? "" : ", ") + part;
@@ -159,10 +154,8 @@ PagePart recordings_part(const ComparisonReport& report) {
                           outcome_of(one), or_not_said(recording.source)});
   }
   constexpr std::size_t many = 6;
-  if (table.rows.size() < many) { return table; }
-  return Section{.kind = Section::Kind::folded,
-                 .heading = std::to_string(table.rows.size()) + " recordings",
-                 .parts = {std::move(table)}};
+  const std::size_t rows = table.rows.size();
+  return folded_if(rows >= many, std::to_string(rows) + " recordings", std::move(table));
 }
 
 /// Table of features over the subjects of a group: mean, SD, interval, simulated value.
@@ -333,13 +326,8 @@ Section recording_section(const ComparisonReport& report, std::size_t n) {
   if (recording.depth.empty()) {
     parts.emplace_back(Paragraph{"Depth was not recorded, so nothing is shown over depth."});
   }
-  if (report.recordings.size() <= few_recordings) {
-    parts.emplace_back(features_table(one.features));
-  } else {
-    parts.emplace_back(Section{.kind = Section::Kind::folded,
-                               .heading = "features, tolerances and verdicts",
-                               .parts = {features_table(one.features)}});
-  }
+  parts.push_back(folded_if(report.recordings.size() > few_recordings,
+                            "features, tolerances and verdicts", features_table(one.features)));
   return section;
 }
 
@@ -348,12 +336,8 @@ void add_reasons(const ComparisonReport& report, std::vector<PagePart>& parts) {
   constexpr std::size_t many = 8;
   const std::vector<std::string>& reasons = report.found.outcome.reasons;
   if (reasons.size() < 2) { return; }
-  PagePart notes = Notes{reasons};
-  if (reasons.size() >= many) {
-    notes = Section{.kind = Section::Kind::folded,
-                    .heading = std::to_string(reasons.size()) + " reasons",
-                    .parts = {Notes{reasons}}};
-  }
+  PagePart notes = folded_if(reasons.size() >= many, std::to_string(reasons.size()) + " reasons",
+                             Notes{reasons});
   parts.emplace_back(Section{.heading = "Why", .parts = {std::move(notes)}});
 }
 
@@ -810,8 +794,7 @@ bool holds(const ComparisonReport& report) {
 }
 
 std::string verdict_text(const ComparisonReport& report) {
-  std::string text(verdict_word(report.found.outcome.status));
-  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  std::string text = capitalised(std::string(verdict_word(report.found.outcome.status)));
   const std::size_t left_out = count_of(report, Status::error);
   if (left_out > 0 && report.found.outcome.status != Status::error) {
     text += ", but " + counted(left_out, "recording", "recordings") + " cannot be compared";
@@ -857,8 +840,7 @@ std::string shown(const RecordingDefects& defects) {
 }
 
 std::string to_html(const ComparisonReport& report) {
-  const std::string version =
-      report.provenance.contains("version") ? report.provenance.at("version") : "";
+  const std::string version = entry(report.provenance, "version");
   Page page{.banner = {.title = "Recorded and simulated insertion",
                        .small_print = {report.command, version.empty() ? "" : "version " + version},
                        .status = holds(report) ? Status::pass : Status::fail,

@@ -180,13 +180,9 @@ void add_curves(const GateReport& report, std::vector<PagePart>& parts) {
 /// Provenance of both builds side by side, to show a change of the compiler or the flags.
 Table provenance_table(const GateReport& report) {
   Table table = make_table("provenance", "Builds", "", {"", "accepted", "now"});
-  const auto value = [](const auto& map, const std::string& key) {
-    const auto found = map.find(key);
-    return found == map.end() ? std::string() : found->second;
-  };
   for (const char* key : {"commit", "version", "compiler", "flags", "processor", "date"}) {
     table.rows.push_back(
-        {std::string(key), value(report.baseline.provenance, key), value(report.provenance, key)});
+        {std::string(key), entry(report.baseline.provenance, key), entry(report.provenance, key)});
   }
   return table;
 }

@@ -19,6 +19,7 @@
 #include "reports/plot/figure_layout.hpp"
 #include "reports/plot/figure_svg.hpp"
 #include "reports/plot/trace_figures.hpp"
+#include "reports/results/results_json.hpp"
 #include "reports/view/view_encoding.hpp"
 #include "validation/outcome.hpp"
 
@@ -145,16 +146,6 @@ Figure figure_of(const Slice& slice, const std::string& id, const std::string& t
           .y = {.label = "z, into the tissue (mm)"},
           .heat_map = std::move(map),
           .square = true};
-}
-
-/// Writes text as a script literal that cannot end the script element.
-std::string script_text(const std::string& text) {
-  std::string literal =
-      nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-  for (std::size_t at = literal.find('<'); at != std::string::npos; at = literal.find('<', at)) {
-    literal.replace(at, 1, "\\u003c");
-  }
-  return literal;
 }
 
 std::set<std::size_t> rows_of(const Figure& figure) {

@@ -3,7 +3,9 @@
 #include "reports/html/html_page.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <functional>
+#include <utility>
 
 #include "html_templates.hpp"
 #include "report_assets.hpp"
@@ -177,6 +179,13 @@ std::string escape_markup(std::string_view text) {
   return out;
 }
 
+std::string capitalised(std::string text) {
+  if (!text.empty()) {
+    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  }
+  return text;
+}
+
 std::string fill(std::string_view text, const Data& values) {
   kainjow::mustache::mustache page{std::string(text)};
   page.set_custom_escape([](const std::string& each) { return escape_markup(each); });
@@ -189,6 +198,11 @@ std::string html_badge(const Badge& badge) {
   const std::string name(name_of(badge.status));
   return fill(templates::parts, record("badge", record("colour", name, "text",
                                                        badge.text.empty() ? name : badge.text)));
+}
+
+PagePart folded_if(bool folded, const std::string& heading, PagePart part) {
+  if (!folded) { return part; }
+  return Section{.kind = Section::Kind::folded, .heading = heading, .parts = {std::move(part)}};
 }
 
 Section exhibits_of(const std::vector<Figure>& figures) {

@@ -21,6 +21,14 @@ inline constexpr double us = 1e6;  ///< [us/s]
 /// become a question mark, and invalid UTF-8 becomes the replacement character.
 std::string escape_markup(std::string_view text);
 
+/// Number with its noun: "1 case", "2 cases".
+template <class Count>
+std::string counted(Count count, const std::string& one, const std::string& many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+std::string capitalised(std::string text);  ///< with a capital as its first letter
+
 /// One entry of a list of facts.
 struct Fact {
   std::string label{};
@@ -115,6 +123,9 @@ template <class Map> std::vector<Fact> facts_of_map(const Map& entries) {
   for (const auto& [name, value] : entries) { facts.push_back({name, value, {}}); }
   return facts;
 }
+
+/// Returns the part, below a heading that unfolds it if `folded` is true.
+PagePart folded_if(bool folded, const std::string& heading, PagePart part);
 
 /// Section of kind `exhibits` with the given figures.
 Section exhibits_of(const std::vector<Figure>& figures);

@@ -93,11 +93,9 @@ std::string html_quantities(const Outcome& outcome) {
 PagePart quantities_part(const Outcome& outcome) {
   constexpr std::size_t few = 6;
   const bool failed = outcome.status == Status::fail || outcome.status == Status::inconclusive;
-  Markup table{html_quantities(outcome)};
-  if (outcome.quantities.size() <= few || failed) { return table; }
-  return Section{.kind = Section::Kind::folded,
-                 .heading = std::to_string(outcome.quantities.size()) + " quantities",
-                 .parts = {table}};
+  const std::size_t count = outcome.quantities.size();
+  return folded_if(count > few && !failed, std::to_string(count) + " quantities",
+                   Markup{html_quantities(outcome)});
 }
 
 Section case_section(const Outcome& outcome) {
@@ -125,10 +123,6 @@ struct Suite {
   std::string name{};
   std::vector<const Outcome*> outcomes{};
 };
-
-std::string count_of(int count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
 
 /// Sorts errors and failures first, then passes by the fraction of the bound, then skips.
 std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
@@ -219,10 +213,10 @@ std::string verdict_text(const Tally& sum) {
   if (sum.ran() == 0) { return "FAIL: no case ran" + skipped; }
   if (sum.holds()) {
     return "PASS: " + std::to_string(sum.passed) + " of " +
-           count_of(sum.ran(), "case holds", "cases hold") + skipped;
+           counted(sum.ran(), "case holds", "cases hold") + skipped;
   }
   return "FAIL: " + std::to_string(sum.not_passed()) + " of " +
-         count_of(sum.ran(), "case falls short", "cases fall short") + skipped;
+         counted(sum.ran(), "case falls short", "cases fall short") + skipped;
 }
 
 Data suite_values(const Suite& suite) {
@@ -265,18 +259,6 @@ Data contents_of(const Suite& suite) {
   };
   return record("name", suite.name, "anchor", suite_anchor(suite), "groups",
                 data_of(groups, values));
-}
-
-std::string capitalised(std::string text) {
-  if (!text.empty()) {
-    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  }
-  return text;
-}
-
-std::string known(const Results& results, const std::string& name) {
-  const auto found = results.provenance.find(name);
-  return found == results.provenance.end() ? std::string() : found->second;
 }
 
 std::string detail_text(const std::vector<Outcome>& outcomes, const Tally& sum) {
@@ -365,12 +347,12 @@ std::string measured_text(const Quantity& q) {
 std::string to_html(const Results& results) {
   const Tally sum = tally(results.outcomes);
   const std::vector<Suite> suites = suites_of(results.outcomes);
-  const std::string version = known(results, "version");
+  const std::string version = entry(results.provenance, "version");
   Page page{
       .banner = {.title = results.title,
-                 .small_print = {results.command, known(results, "date"),
+                 .small_print = {results.command, entry(results.provenance, "date"),
                                  version.empty() ? "" : "version " + version,
-                                 known(results, "commit")},
+                                 entry(results.provenance, "commit")},
                  .status = sum.holds() ? Status::pass : Status::fail,
                  .verdict = verdict_text(sum),
                  .detail = detail_text(results.outcomes, sum)},

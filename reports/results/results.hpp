@@ -18,6 +18,13 @@ struct Results {
   std::vector<Outcome> outcomes{};
 };
 
+/// Returns an entry of a provenance; empty if it has none.
+inline std::string entry(const std::map<std::string, std::string>& provenance,
+                         const std::string& key) {
+  const auto found = provenance.find(key);
+  return found == provenance.end() ? std::string() : found->second;
+}
+
 /// Returns the results without the data that differ between two runs of one program on one input:
 /// seconds, timings, provenance, and tables and figures of run times.
 Results without_what_varies(Results results);

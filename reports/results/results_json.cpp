@@ -35,336 +35,339 @@ InputError json_trouble(const std::string& file, const std::string& text,
   // Removes the name of the library and its error number from the message.
   if (dynamic_cast<const nlohmann::json::exception*>(&problem) != nullptr) {
     what.erase(0, what.find("] ") + 2);
-    return InputError(file + ": " + what + "; " + allowed);
   }
-  Results without_what_varies(Results results) {
-    results.provenance.clear();
-    for (Outcome& outcome : results.outcomes) {
-      outcome.seconds = 0.0;
-      outcome.timings.clear();
-      std::erase_if(outcome.tables, [](const Table& table) { return table.timing; });
-      std::erase_if(outcome.figures, [](const Figure& figure) { return figure.timing; });
-      return results;
+  return InputError(file + ": " + what + "; " + allowed);
+}
 
-      namespace {
+Results without_what_varies(Results results) {
+  results.provenance.clear();
+  for (Outcome& outcome : results.outcomes) {
+    outcome.seconds = 0.0;
+    outcome.timings.clear();
+    std::erase_if(outcome.tables, [](const Table& table) { return table.timing; });
+    std::erase_if(outcome.figures, [](const Figure& figure) { return figure.timing; });
+  }
+  return results;
+}
 
-      using Json = nlohmann::ordered_json;
+namespace {
 
-      constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
-                                                            "dashed", "band",   "area"};
+using Json = nlohmann::ordered_json;
 
-      double limit_from(const Json& json, double open) {
-        return json.is_null() ? open : number_from_json(json);
+constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
+                                                      "dashed", "band",   "area"};
+
+double limit_from(const Json& json, double open) {
+  return json.is_null() ? open : number_from_json(json);
+}
+
+/// Writes a quantity. The uncertainty is omitted if it is zero.
+Json quantity_json(const Quantity& q) {
+  Json json =
+      object("name", q.name, "value", q.value, "unit", q.unit, "lower", finite_or_null(q.lower),
+             "upper", finite_or_null(q.upper), "bound_from", q.bound_from);
+  if (q.uncertainty > 0.0) { json["uncertainty"] = json_number(q.uncertainty); }
+  json["status"] = q.judged() ? name_of(q.status()) : "info";
+  return json;
+}
+
+Quantity quantity_from(const Json& json) {
+  return {.name = json.at("name"),
+          .value = number_from_json(json.at("value")),
+          .unit = json.at("unit"),
+          .lower = limit_from(json.at("lower"), -unbounded),
+          .upper = limit_from(json.at("upper"), unbounded),
+          .bound_from = json.at("bound_from"),
+          .uncertainty = number_from_json(json.value("uncertainty", Json(0.0)))};
+}
+
+/// Splits the JSON text of all reasons, which has one reason per line.
+std::vector<std::string> reasons_from(const std::string& text) {
+  std::vector<std::string> reasons;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) { reasons.push_back(line); }
+  return reasons;
+}
+
+Json axis_json(const Axis& axis) {
+  return object("label", axis.label, "logarithmic", axis.logarithmic, "minimum", axis.minimum,
+                "maximum", axis.maximum);
+}
+
+Axis axis_from(const Json& json) {
+  Axis axis{.label = json.at("label"), .logarithmic = json.at("logarithmic")};
+  if (!json.at("minimum").is_null()) { axis.minimum = json.at("minimum").get<double>(); }
+  if (!json.at("maximum").is_null()) { axis.maximum = json.at("maximum").get<double>(); }
+  return axis;
+}
+
+/// Reads optional zones and marks, which old files do not contain.
+void read_annotations(const Json& json, Figure& figure) {
+  const Json none = Json::array();
+  for (const Json& each : json.value("zones", none)) {
+    figure.zones.push_back(
+        {each.at("label"), number_from_json(each.at("begin")), number_from_json(each.at("end"))});
+  }
+  for (const Json& each : json.value("marks", none)) {
+    figure.marks.push_back({each.at("label"), number_from_json(each.at("x"))});
+  }
+}
+
+Json figure_json(const Figure& figure) {
+  Json series = Json::array();
+  for (std::size_t n = 0; n < figure.series.size(); ++n) {
+    const Series& each = figure.series[n];
+    series.push_back(object("label", each.label, "style",
+                            style_names.at(static_cast<std::size_t>(each.style)), "group",
+                            series_group(figure, n)));
+  }
+  const auto zone = [](const Zone& each) {
+    return object("label", each.label, "begin", each.begin, "end", each.end);
+  };
+  const auto mark = [](const Mark& each) { return object("label", each.label, "x", each.x); };
+  Json json = object("id", figure.id, "title", figure.title, "caption", figure.caption, "x",
+                     axis_json(figure.x), "y", axis_json(figure.y), "square", figure.square,
+                     "timing", figure.timing, "series", series);
+  if (!figure.zones.empty()) { json["zones"] = list_of(figure.zones, zone); }
+  if (!figure.marks.empty()) { json["marks"] = list_of(figure.marks, mark); }
+  json["heat_map"] = nullptr;
+  if (figure.heat_map) {
+    json["heat_map"] = object("label", figure.heat_map->label, "group", heat_map_group(figure));
+  }
+  return json;
+}
+
+Figure figure_from(const Json& json) {
+  Figure figure{.id = json.at("id"),
+                .title = json.at("title"),
+                .caption = json.at("caption"),
+                .x = axis_from(json.at("x")),
+                .y = axis_from(json.at("y")),
+                .square = json.at("square"),
+                .timing = json.at("timing")};
+  for (const Json& each : json.at("series")) {
+    const auto style = each.at("style").get<std::string>();
+    const auto* found = std::find(style_names.begin(), style_names.end(), style);
+    if (found == style_names.end()) { throw std::runtime_error("unknown series style " + style); }
+    figure.series.push_back({.label = each.at("label"),
+                             .style = static_cast<Series::Style>(found - style_names.begin())});
+  }
+  read_annotations(json, figure);
+  if (!json.at("heat_map").is_null()) {
+    figure.heat_map = HeatMap{.label = json.at("heat_map").at("label").get<std::string>()};
+  }
+  return figure;
+}
+
+Json cell_json(const Cell& cell) {
+  const auto* text = std::get_if<std::string>(&cell);
+  return text != nullptr ? Json(*text) : object("value", std::get<double>(cell));
+}
+
+Json table_json(const Table& table) {
+  const auto row = [](const std::vector<Cell>& cells) { return list_of(cells, cell_json); };
+  return object("id", table.id, "title", table.title, "caption", table.caption, "columns",
+                table.columns, "timing", table.timing, "rows", list_of(table.rows, row));
+}
+
+Table table_from(const Json& json) {
+  Table table{.id = json.at("id"),
+              .title = json.at("title"),
+              .caption = json.at("caption"),
+              .columns = json.at("columns"),
+              .timing = json.at("timing")};
+  for (const Json& row : json.at("rows")) {
+    std::vector<Cell>& cells = table.rows.emplace_back();
+    for (const Json& cell : row) {
+      cells.push_back(cell.is_string() ? Cell(cell.get<std::string>())
+                                       : Cell(number_from_json(cell.at("value"))));
+    }
+  }
+  return table;
+}
+
+Timing timing_from(const Json& json) {
+  return {json.at("name"), number_from_json(json.at("value")), json.at("unit")};
+}
+
+template <class Item, class Convert>
+void read_list(const Json& list, std::vector<Item>& items, const Convert& convert) {
+  for (const Json& each : list) { items.push_back(convert(each)); }
+}
+
+Status status_from(const std::string& name) {
+  for (const Status status :
+       {Status::pass, Status::fail, Status::inconclusive, Status::skip, Status::error}) {
+    if (name_of(status) == name) { return status; }
+  }
+  throw std::runtime_error("unknown status " + name);
+}
+
+constexpr int schema = 1;
+
+/// Rejects a pass that contradicts its own numbers; this program does not write such a case.
+void check_verdict(const Outcome& outcome) {
+  Outcome again = outcome;
+  conclude(again);
+  if (again.status == outcome.status || outcome.status != Status::pass) { return; }
+  throw std::runtime_error("case " + outcome.name + " says pass, but its quantities do not");
+}
+
+std::string seconds_attribute(double seconds) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.3f", seconds);
+  return buffer.data();
+}
+
+std::string counts(const std::vector<const Outcome*>& outcomes) {
+  Tally sum;
+  double seconds = 0.0;
+  for (const Outcome* outcome : outcomes) {
+    sum.add(outcome->status);
+    seconds += outcome->seconds;
+  }
+  return " tests=\"" + std::to_string(sum.all()) + "\" failures=\"" +
+         std::to_string(sum.failed + sum.inconclusive) + "\" errors=\"" +
+         std::to_string(sum.errors) + "\" skipped=\"" + std::to_string(sum.skipped) + "\" time=\"" +
+         seconds_attribute(seconds) + "\"";
+}
+
+std::string failed_quantities(const Outcome& outcome) {
+  std::string text = outcome.reason();
+  for (const Quantity& q : outcome.quantities) {
+    if (!q.judged() || q.holds()) { continue; }
+    text += (text.empty() ? "" : "\n") + q.name + " = " + exact_number(q.value) + " " + q.unit +
+            "; allowed " + exact_number(q.lower) + " to " + exact_number(q.upper) + " (" +
+            q.bound_from + ")";
+  }
+  return text;
+}
+
+Data properties_of(const Outcome& outcome) {
+  Data list(Data::type::list);
+  const auto property = [&list](const std::string& name, const std::string& value) {
+    list.push_back(record("name", name, "value", value));
+  };
+  for (const Quantity& q : outcome.quantities) {
+    property(q.name, exact_number(q.value));
+    property(q.name + ".unit", q.unit);
+    if (!q.judged()) { continue; }
+    property(q.name + ".lower", exact_number(q.lower));
+    property(q.name + ".upper", exact_number(q.upper));
+    property(q.name + ".bound_from", q.bound_from);
+    if (q.uncertainty > 0.0) { property(q.name + ".uncertainty", exact_number(q.uncertainty)); }
+  }
+  return list;
+}
+
+Data case_of(const Outcome* of_case) {
+  const Outcome& outcome = *of_case;
+  const std::string message = failed_quantities(outcome);
+  const bool inconclusive = outcome.status == Status::inconclusive;
+  return record(
+      "suite", outcome.suite, "name", outcome.name, "time", seconds_attribute(outcome.seconds),
+      "judged", !outcome.quantities.empty(), "properties", properties_of(outcome), "skip",
+      outcome.status == Status::skip, "failure", outcome.status == Status::fail || inconclusive,
+      "error", outcome.status == Status::error, "type", inconclusive ? "inconclusive" : "bound",
+      "claim", outcome.claim, "first", message.substr(0, message.find('\n')), "message", message);
+}
+
+}  // namespace
+
+std::string script_text(const Json& json) {
+  std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace);
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
+    text.replace(at, 1, "\\u003c");
+  }
+  return text;
+}
+
+double number_from_json(const Json& json) {
+  if (json.is_number()) { return json.get<double>(); }
+  const auto text = json.get<std::string>();
+  if (text == "nan") { return std::nan(""); }
+  if (text == "inf") { return unbounded; }
+  if (text == "-inf") { return -unbounded; }
+  throw std::runtime_error("\"" + text + "\" is no number");
+}
+
+nlohmann::ordered_json case_json(const Outcome& outcome) {
+  const bool skipped = outcome.status == Status::skip;
+  const auto timing = [](const Timing& each) {
+    return object("name", each.name, "value", each.value, "unit", each.unit);
+  };
+  return object(
+      "name", outcome.name, "suite", outcome.suite, "claim", outcome.claim, "status",
+      name_of(outcome.status), "skipped", skipped ? Json(outcome.reason()) : Json(nullptr),
+      "message", skipped ? "" : outcome.reason(), "seconds", outcome.seconds, "quantities",
+      list_of(outcome.quantities, quantity_json), "tables", list_of(outcome.tables, table_json),
+      "traces",
+      outcome.figures.empty() ? Json(nullptr) : Json("traces/" + trace_file_name(outcome.name)),
+      "figures", list_of(outcome.figures, figure_json), "notes", outcome.notes, "timings",
+      list_of(outcome.timings, timing));
+}
+
+Outcome case_from_json(const Json& json) {
+  Outcome outcome{
+      .name = json.at("name"),
+      .suite = json.at("suite"),
+      .claim = json.at("claim"),
+      .status = status_from(json.at("status")),
+      .reasons = reasons_from(json.at(json.at("skipped").is_null() ? "message" : "skipped")),
+      .seconds = json.at("seconds"),
+      .notes = json.at("notes")};
+  read_list(json.at("quantities"), outcome.quantities, quantity_from);
+  read_list(json.at("tables"), outcome.tables, table_from);
+  read_list(json.at("figures"), outcome.figures, figure_from);
+  read_list(json.at("timings"), outcome.timings, timing_from);
+  return outcome;
+}
+
+std::string to_json(const Results& results) {
+  return json_text(object("schema", schema, "title", results.title, "command", results.command,
+                          "provenance", results.provenance, "cases",
+                          list_of(results.outcomes, case_json)));
+}
+
+Results results_from_json(const std::string& text, const std::string& name) {
+  try {
+    const Json json = Json::parse(text);
+    if (json.at("schema") != schema) {
+      throw std::runtime_error("schema " + json.at("schema").dump() + "; this version reads 1");
+    }
+    Results results{.title = json.at("title"), .command = json.at("command")};
+    results.provenance = json.at("provenance").get<std::map<std::string, std::string>>();
+    std::set<std::string> names;
+    for (const Json& each : json.at("cases")) {
+      results.outcomes.push_back(case_from_json(each));
+      const Outcome& outcome = results.outcomes.back();
+      check_verdict(outcome);
+      if (!names.insert(outcome.name).second) {
+        throw std::runtime_error("case " + outcome.name + " is twice in it");
       }
+    }
+    return results;
+  } catch (const std::exception& problem) {
+    throw json_trouble(name, text, problem, "results.json as palpate wrote it");
+  }
+}
 
-      /// Writes a quantity. The uncertainty is omitted if it is zero.
-      Json quantity_json(const Quantity& q) {
-        Json json = object("name", q.name, "value", q.value, "unit", q.unit, "lower",
-                           finite_or_null(q.lower), "upper", finite_or_null(q.upper), "bound_from",
-                           q.bound_from);
-        if (q.uncertainty > 0.0) { json["uncertainty"] = json_number(q.uncertainty); }
-        json["status"] = q.judged() ? name_of(q.status()) : "info";
-        return json;
-      }
+std::string to_junit(const Results& results) {
+  std::vector<std::pair<std::string, std::vector<const Outcome*>>> suites;
+  std::vector<const Outcome*> all;
+  for (const Outcome& outcome : results.outcomes) {
+    auto suite =
+        std::ranges::find(suites, outcome.suite, [](const auto& each) { return each.first; });
+    if (suite == suites.end()) { suite = suites.insert(suite, {outcome.suite, {}}); }
+    suite->second.push_back(&outcome);
+    all.push_back(&outcome);
+  }
+  const auto values = [](const auto& suite) {
+    return record("name", suite.first, "counts", counts(suite.second), "cases",
+                  data_of(suite.second, case_of));
+  };
+  return fill(templates::junit, record("title", results.title, "counts", counts(all), "suites",
+                                       data_of(suites, values)));
+}
 
-      Quantity quantity_from(const Json& json) {
-        return {.name = json.at("name"),
-                .value = number_from_json(json.at("value")),
-                .unit = json.at("unit"),
-                .lower = limit_from(json.at("lower"), -unbounded),
-                .upper = limit_from(json.at("upper"), unbounded),
-                .bound_from = json.at("bound_from"),
-                .uncertainty = number_from_json(json.value("uncertainty", Json(0.0)))};
-      }
-
-      /// Splits the JSON text of all reasons, which has one reason per line.
-      std::vector<std::string> reasons_from(const std::string& text) {
-        std::vector<std::string> reasons;
-        std::istringstream lines(text);
-        for (std::string line; std::getline(lines, line);) { reasons.push_back(line); }
-        return reasons;
-      }
-
-      Json axis_json(const Axis& axis) {
-        return object("label", axis.label, "logarithmic", axis.logarithmic, "minimum", axis.minimum,
-                      "maximum", axis.maximum);
-      }
-
-      Axis axis_from(const Json& json) {
-        Axis axis{.label = json.at("label"), .logarithmic = json.at("logarithmic")};
-        if (!json.at("minimum").is_null()) { axis.minimum = json.at("minimum").get<double>(); }
-        if (!json.at("maximum").is_null()) { axis.maximum = json.at("maximum").get<double>(); }
-        return axis;
-      }
-
-      /// Reads optional zones and marks, which old files do not contain.
-      void read_annotations(const Json& json, Figure& figure) {
-        const Json none = Json::array();
-        for (const Json& each : json.value("zones", none)) {
-          figure.zones.push_back({each.at("label"), number_from_json(each.at("begin")),
-                                  number_from_json(each.at("end"))});
-        }
-        for (const Json& each : json.value("marks", none)) {
-          figure.marks.push_back({each.at("label"), number_from_json(each.at("x"))});
-        }
-      }
-
-      Json figure_json(const Figure& figure) {
-        Json series = Json::array();
-        for (std::size_t n = 0; n < figure.series.size(); ++n) {
-          const Series& each = figure.series[n];
-          series.push_back(object("label", each.label, "style",
-                                  style_names.at(static_cast<std::size_t>(each.style)), "group",
-                                  series_group(figure, n)));
-        }
-        const auto zone = [](const Zone& each) {
-          return object("label", each.label, "begin", each.begin, "end", each.end);
-        };
-        const auto mark = [](const Mark& each) { return object("label", each.label, "x", each.x); };
-        Json json = object("id", figure.id, "title", figure.title, "caption", figure.caption, "x",
-                           axis_json(figure.x), "y", axis_json(figure.y), "square", figure.square,
-                           "timing", figure.timing, "series", series);
-        if (!figure.zones.empty()) { json["zones"] = list_of(figure.zones, zone); }
-        if (!figure.marks.empty()) { json["marks"] = list_of(figure.marks, mark); }
-        json["heat_map"] = nullptr;
-        if (figure.heat_map) {
-          json["heat_map"] =
-              object("label", figure.heat_map->label, "group", heat_map_group(figure));
-        }
-        return json;
-      }
-
-      Figure figure_from(const Json& json) {
-        Figure figure{.id = json.at("id"),
-                      .title = json.at("title"),
-                      .caption = json.at("caption"),
-                      .x = axis_from(json.at("x")),
-                      .y = axis_from(json.at("y")),
-                      .square = json.at("square"),
-                      .timing = json.at("timing")};
-        for (const Json& each : json.at("series")) {
-          const auto style = each.at("style").get<std::string>();
-          const auto* found = std::find(style_names.begin(), style_names.end(), style);
-          if (found == style_names.end()) {
-            throw std::runtime_error("unknown series style " + style);
-          }
-          figure.series.push_back(
-              {.label = each.at("label"),
-               .style = static_cast<Series::Style>(found - style_names.begin())});
-        }
-        read_annotations(json, figure);
-        if (!json.at("heat_map").is_null()) {
-          figure.heat_map = HeatMap{.label = json.at("heat_map").at("label").get<std::string>()};
-        }
-        return figure;
-      }
-
-      Json cell_json(const Cell& cell) {
-        const auto* text = std::get_if<std::string>(&cell);
-        return text != nullptr ? Json(*text) : object("value", std::get<double>(cell));
-      }
-
-      Json table_json(const Table& table) {
-        const auto row = [](const std::vector<Cell>& cells) { return list_of(cells, cell_json); };
-        return object("id", table.id, "title", table.title, "caption", table.caption, "columns",
-                      table.columns, "timing", table.timing, "rows", list_of(table.rows, row));
-      }
-
-      Table table_from(const Json& json) {
-        Table table{.id = json.at("id"),
-                    .title = json.at("title"),
-                    .caption = json.at("caption"),
-                    .columns = json.at("columns"),
-                    .timing = json.at("timing")};
-        for (const Json& row : json.at("rows")) {
-          std::vector<Cell>& cells = table.rows.emplace_back();
-          for (const Json& cell : row) {
-            cells.push_back(cell.is_string() ? Cell(cell.get<std::string>())
-                                             : Cell(number_from_json(cell.at("value"))));
-          }
-        }
-        return table;
-      }
-
-      Timing timing_from(const Json& json) {
-        return {json.at("name"), number_from_json(json.at("value")), json.at("unit")};
-      }
-
-      template <class Item, class Convert>
-      void read_list(const Json& list, std::vector<Item>& items, const Convert& convert) {
-        for (const Json& each : list) { items.push_back(convert(each)); }
-      }
-
-      Status status_from(const std::string& name) {
-        for (const Status status :
-             {Status::pass, Status::fail, Status::inconclusive, Status::skip, Status::error}) {
-          if (name_of(status) == name) { return status; }
-        }
-        throw std::runtime_error("unknown status " + name);
-      }
-
-      constexpr int schema = 1;
-
-      /// Rejects a pass that contradicts its own numbers; this program does not write such a case.
-      void check_verdict(const Outcome& outcome) {
-        Outcome again = outcome;
-        conclude(again);
-        if (again.status == outcome.status || outcome.status != Status::pass) { return; }
-        throw std::runtime_error("case " + outcome.name + " says pass, but its quantities do not");
-      }
-
-      std::string seconds_attribute(double seconds) {
-        std::array<char, 32> buffer{};
-        std::snprintf(buffer.data(), buffer.size(), "%.3f", seconds);
-        return buffer.data();
-      }
-
-      std::string counts(const std::vector<const Outcome*>& outcomes) {
-        Tally sum;
-        double seconds = 0.0;
-        for (const Outcome* outcome : outcomes) {
-          sum.add(outcome->status);
-          seconds += outcome->seconds;
-        }
-        return " tests=\"" + std::to_string(sum.all()) + "\" failures=\"" +
-               std::to_string(sum.failed + sum.inconclusive) + "\" errors=\"" +
-               std::to_string(sum.errors) + "\" skipped=\"" + std::to_string(sum.skipped) +
-               "\" time=\"" + seconds_attribute(seconds) + "\"";
-      }
-
-      std::string failed_quantities(const Outcome& outcome) {
-        std::string text = outcome.reason();
-        for (const Quantity& q : outcome.quantities) {
-          if (!q.judged() || q.holds()) { continue; }
-          text += (text.empty() ? "" : "\n") + q.name + " = " + exact_number(q.value) + " " +
-                  q.unit + "; allowed " + exact_number(q.lower) + " to " + exact_number(q.upper) +
-                  " (" + q.bound_from + ")";
-        }
-        return text;
-      }
-
-      Data properties_of(const Outcome& outcome) {
-        Data list(Data::type::list);
-        const auto property = [&list](const std::string& name, const std::string& value) {
-          list.push_back(record("name", name, "value", value));
-        };
-        for (const Quantity& q : outcome.quantities) {
-          property(q.name, exact_number(q.value));
-          property(q.name + ".unit", q.unit);
-          if (!q.judged()) { continue; }
-          property(q.name + ".lower", exact_number(q.lower));
-          property(q.name + ".upper", exact_number(q.upper));
-          property(q.name + ".bound_from", q.bound_from);
-          if (q.uncertainty > 0.0) {
-            property(q.name + ".uncertainty", exact_number(q.uncertainty));
-          }
-        }
-        return list;
-      }
-
-      Data case_of(const Outcome* of_case) {
-        const Outcome& outcome = *of_case;
-        const std::string message = failed_quantities(outcome);
-        const bool inconclusive = outcome.status == Status::inconclusive;
-        return record("suite", outcome.suite, "name", outcome.name, "time",
-                      seconds_attribute(outcome.seconds), "judged", !outcome.quantities.empty(),
-                      "properties", properties_of(outcome), "skip", outcome.status == Status::skip,
-                      "failure", outcome.status == Status::fail || inconclusive, "error",
-                      outcome.status == Status::error, "type",
-                      inconclusive ? "inconclusive" : "bound", "claim", outcome.claim, "first",
-                      message.substr(0, message.find('\n')), "message", message);
-      }
-
-      }  // namespace
-
-      double number_from_json(const Json& json) {
-        if (json.is_number()) { return json.get<double>(); }
-        const auto text = json.get<std::string>();
-        if (text == "nan") { return std::nan(""); }
-        if (text == "inf") { return unbounded; }
-        if (text == "-inf") { return -unbounded; }
-        throw std::runtime_error("\"" + text + "\" is no number");
-      }
-
-      nlohmann::ordered_json case_json(const Outcome& outcome) {
-        const bool skipped = outcome.status == Status::skip;
-        const auto timing = [](const Timing& each) {
-          return object("name", each.name, "value", each.value, "unit", each.unit);
-        };
-        return object("name", outcome.name, "suite", outcome.suite, "claim", outcome.claim,
-                      "status", name_of(outcome.status), "skipped",
-                      skipped ? Json(outcome.reason()) : Json(nullptr), "message",
-                      skipped ? "" : outcome.reason(), "seconds", outcome.seconds, "quantities",
-                      list_of(outcome.quantities, quantity_json), "tables",
-                      list_of(outcome.tables, table_json), "traces",
-                      outcome.figures.empty() ? Json(nullptr)
-                                              : Json("traces/" + trace_file_name(outcome.name)),
-                      "figures", list_of(outcome.figures, figure_json), "notes", outcome.notes,
-                      "timings", list_of(outcome.timings, timing));
-      }
-
-      Outcome case_from_json(const Json& json) {
-        Outcome outcome{
-            .name = json.at("name"),
-            .suite = json.at("suite"),
-            .claim = json.at("claim"),
-            .status = status_from(json.at("status")),
-            .reasons = reasons_from(json.at(json.at("skipped").is_null() ? "message" : "skipped")),
-            .seconds = json.at("seconds"),
-            .notes = json.at("notes")};
-        read_list(json.at("quantities"), outcome.quantities, quantity_from);
-        read_list(json.at("tables"), outcome.tables, table_from);
-        read_list(json.at("figures"), outcome.figures, figure_from);
-        read_list(json.at("timings"), outcome.timings, timing_from);
-        return outcome;
-      }
-
-      std::string to_json(const Results& results) {
-        return json_text(object("schema", schema, "title", results.title, "command",
-                                results.command, "provenance", results.provenance, "cases",
-                                list_of(results.outcomes, case_json)));
-      }
-
-      Results results_from_json(const std::string& text, const std::string& name) {
-        try {
-          const Json json = Json::parse(text);
-          if (json.at("schema") != schema) {
-            throw std::runtime_error("schema " + json.at("schema").dump() +
-                                     "; this version reads 1");
-          }
-          Results results{.title = json.at("title"), .command = json.at("command")};
-          results.provenance = json.at("provenance").get<std::map<std::string, std::string>>();
-          std::set<std::string> names;
-          for (const Json& each : json.at("cases")) {
-            results.outcomes.push_back(case_from_json(each));
-            const Outcome& outcome = results.outcomes.back();
-            check_verdict(outcome);
-            if (!names.insert(outcome.name).second) {
-              throw std::runtime_error("case " + outcome.name + " is twice in it");
-            }
-          }
-          return results;
-        } catch (const std::exception& problem) {
-          throw json_trouble(name, text, problem, "results.json as palpate wrote it");
-        }
-      }
-
-      std::string to_junit(const Results& results) {
-        std::vector<std::pair<std::string, std::vector<const Outcome*>>> suites;
-        std::vector<const Outcome*> all;
-        for (const Outcome& outcome : results.outcomes) {
-          auto suite =
-              std::ranges::find(suites, outcome.suite, [](const auto& each) { return each.first; });
-          if (suite == suites.end()) { suite = suites.insert(suite, {outcome.suite, {}}); }
-          suite->second.push_back(&outcome);
-          all.push_back(&outcome);
-        }
-        const auto values = [](const auto& suite) {
-          return record("name", suite.first, "counts", counts(suite.second), "cases",
-                        data_of(suite.second, case_of));
-        };
-        return fill(templates::junit, record("title", results.title, "counts", counts(all),
-                                             "suites", data_of(suites, values)));
-      }
-
-    }  // namespace palpate
+}  // namespace palpate

@@ -69,6 +69,9 @@ inline std::string json_text(const nlohmann::ordered_json& json, int indent = 1)
   return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+/// Text of a JSON value for a script element, without the character '<'.
+std::string script_text(const nlohmann::ordered_json& json);
+
 /// Null for an empty text.
 inline nlohmann::ordered_json text_or_null(const std::string& text) {
   return text.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text);

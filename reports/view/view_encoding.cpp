@@ -252,11 +252,7 @@ std::string header_of(const View& view, const Scales& scales) {
              view.tool ? 1.0 : enlargement(std::max(scales.displacement, 1e-300), extent), "frames",
              list_of(view.frames, frame));
   if (view.tool) { header["tool"] = tool_json(*view.tool); }
-  std::string text = header.dump(-1, ' ', true, Json::error_handler_t::replace);
-  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
-    text.replace(at, 1, "\\u003c");
-  }
-  return text;
+  return script_text(header);
 }
 
 EncodedView encode_to(const View& view, int bits) {
