@@ -108,7 +108,6 @@ Series tube_of(const Figure& before, std::size_t series) {
   return band;
 }
 
-/// Figure of the accepted and the new curve.
 Figure overlay(const std::string& case_name, const Figure& before, const Figure* now,
                std::size_t series) {
   Figure figure{.id = before.id + "-" + std::to_string(series),
@@ -197,7 +196,6 @@ Table ledger_table(const gate::Baseline& baseline) {
   return table;
 }
 
-/// First rows of the table of changes.
 Table worst_table(const gate::GateResult& result) {
   constexpr std::size_t at_a_glance = 20;
   Table table = changes_table(result, false);

@@ -332,12 +332,6 @@ std::vector<Figure> lookup_figures(const Scene& scene) {
   return figures;
 }
 
-// Interactive plots of long traces, drawn by dygraphs, which is embedded in the page.
-
-/// Script that draws the plots when the section is expanded. Series are reduced to the extremes of
-/// 2000 columns.
-std::string zoom_script(const std::vector<Figure>& figures);
-
 /// Collapsed section with an element for each figure; all series of a figure have the same x.
 Markup zoom_section(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
@@ -348,6 +342,8 @@ Markup zoom_section(const std::vector<Figure>& figures) {
                                        std::string(assets::dygraph_css)))};
 }
 
+/// Script that draws the plots by dygraphs when the section is expanded. Series are reduced to the
+/// extremes of 2000 columns.
 std::string zoom_script(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
   std::string script(assets::zoom_js);

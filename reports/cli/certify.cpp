@@ -57,7 +57,6 @@ std::shared_ptr<timing::Background> start_stress_ng(const std::vector<int>& proc
 
 using Value = decltype(EnvironmentFact::value);
 
-/// First line of a file; empty if there is none.
 std::string first_line(const std::string& file) {
   std::ifstream in(file);
   std::string line;
@@ -116,42 +115,6 @@ std::string first_words(const std::string& line, int count) {
 
 std::string granted(const std::string& what, const std::string& refusal) {
   return refusal.empty() ? what : "refused: " + refusal;
-}
-
-void add_processor(std::vector<EnvironmentFact>& facts, int processor,
-                   const std::optional<double>& cycles) {
-  const std::string frequency =
-      "/sys/devices/system/cpu/cpu" + std::to_string(processor) + "/cpufreq/scaling_governor";
-  const bool virtualised = has_flag("hypervisor");
-  facts.insert(
-      facts.end(),
-      {{"cpu", "processor", text(processor_line("model name"))},
-       {"processors", "processors", static_cast<double>(sysconf(_SC_NPROCESSORS_ONLN))},
-       {"microcode", "microcode", text(processor_line("microcode"))},
-       {"virtualised", "virtual machine", virtualised},
-       {"governor", "frequency governor", text(first_line(frequency))},
-       {"turbo", "turbo", turbo()},
-       {"smt", "two threads a core", yes_or_no("/sys/devices/system/cpu/smt/active")},
-       {"cycles_per_second", "steady cycle counter (Hz)", cycles ? Value{*cycles} : Value{}}});
-}
-
-void add_kernel(std::vector<EnvironmentFact>& facts) {
-  utsname kernel{};
-  uname(&kernel);
-  facts.insert(
-      facts.end(),
-      {{"kernel", "kernel", std::string(kernel.release) + " " + kernel.version},
-       {"preempt_rt", "PREEMPT_RT", is_preempt_rt(kernel)},
-       {"boot_line", "boot line", text(first_line("/proc/cmdline"))},
-       {"isolcpus", "isolcpus", on_boot_line("isolcpus")},
-       {"nohz_full", "nohz_full", on_boot_line("nohz_full")},
-       {"rt_runtime_us", "real-time share of a second (us)",
-        text(first_line("/proc/sys/kernel/sched_rt_runtime_us"))},
-       {"clock_source", "clock source",
-        text(first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource"))},
-       {"clock_resolution_ns", "clock resolution (ns)", clock_resolution()},
-       {"load_average", "load average over 1, 5, 15 min",
-        text(first_words(first_line("/proc/loadavg"), 3))}});
 }
 
 /// Size of the largest cache [bytes]; 32 MiB if the system does not report it.
@@ -222,19 +185,38 @@ std::optional<double> cycles_per_second() {
 std::vector<EnvironmentFact> environment_of(const certificate::Rights& rights, int priority,
                                             const std::optional<double>& cycles) {
   const auto build = build_provenance();
-  std::vector<EnvironmentFact> facts;
-  add_processor(facts, rights.on, cycles);
-  add_kernel(facts);
-  facts.insert(
-      facts.end(),
-      {{"scheduling", "scheduling of the loop",
-        granted("SCHED_FIFO, priority " + std::to_string(priority), rights.fifo)},
-       {"memory", "memory", granted("locked, stack touched", rights.memory)},
-       {"processor", "loop kept to processor",
-        rights.processor.empty() ? Value{static_cast<double>(rights.on)} : Value{rights.processor}},
-       {"compiler", "compiler", build.at("compiler")},
-       {"flags", "flags", build.at("flags")}});
-  return facts;
+  const std::string governor =
+      "/sys/devices/system/cpu/cpu" + std::to_string(rights.on) + "/cpufreq/scaling_governor";
+  utsname kernel{};
+  uname(&kernel);
+  return {
+      {"cpu", "processor", text(processor_line("model name"))},
+      {"processors", "processors", static_cast<double>(sysconf(_SC_NPROCESSORS_ONLN))},
+      {"microcode", "microcode", text(processor_line("microcode"))},
+      {"virtualised", "virtual machine", has_flag("hypervisor")},
+      {"governor", "frequency governor", text(first_line(governor))},
+      {"turbo", "turbo", turbo()},
+      {"smt", "two threads a core", yes_or_no("/sys/devices/system/cpu/smt/active")},
+      {"cycles_per_second", "steady cycle counter (Hz)", cycles ? Value{*cycles} : Value{}},
+      {"kernel", "kernel", std::string(kernel.release) + " " + kernel.version},
+      {"preempt_rt", "PREEMPT_RT", is_preempt_rt(kernel)},
+      {"boot_line", "boot line", text(first_line("/proc/cmdline"))},
+      {"isolcpus", "isolcpus", on_boot_line("isolcpus")},
+      {"nohz_full", "nohz_full", on_boot_line("nohz_full")},
+      {"rt_runtime_us", "real-time share of a second (us)",
+       text(first_line("/proc/sys/kernel/sched_rt_runtime_us"))},
+      {"clock_source", "clock source",
+       text(first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource"))},
+      {"clock_resolution_ns", "clock resolution (ns)", clock_resolution()},
+      {"load_average", "load average over 1, 5, 15 min",
+       text(first_words(first_line("/proc/loadavg"), 3))},
+      {"scheduling", "scheduling of the loop",
+       granted("SCHED_FIFO, priority " + std::to_string(priority), rights.fifo)},
+      {"memory", "memory", granted("locked, stack touched", rights.memory)},
+      {"processor", "loop kept to processor",
+       rights.processor.empty() ? Value{static_cast<double>(rights.on)} : Value{rights.processor}},
+      {"compiler", "compiler", build.at("compiler")},
+      {"flags", "flags", build.at("flags")}};
 }
 
 using namespace certificate;

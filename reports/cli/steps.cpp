@@ -29,7 +29,6 @@ struct StepsOptions : CommonOptions {
   bool planted = false;     ///< `beside` computes one extra tick in twenty
 };
 
-/// Interface that computes ticks.
 struct Stepped {
   std::string kernel{};
   long before = 0;

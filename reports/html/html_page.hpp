@@ -29,14 +29,12 @@ std::string counted(Count count, const std::string& one, const std::string& many
 
 std::string capitalised(std::string text);  ///< with a capital as its first letter
 
-/// One entry of a list of facts.
 struct Fact {
   std::string label{};
   std::string value{};
   std::string explanation{};  ///< may be empty
 };
 
-/// Status shown as a coloured label.
 struct Badge {
   Status status = Status::pass;
   std::string text{};  ///< displayed text; if empty, the name of the status
@@ -114,10 +112,8 @@ struct Page {
 /// call. Output is deterministic. Throws DrawingError.
 std::string render(const Page& page);
 
-/// HTML of a badge, for templates.
 std::string html_badge(const Badge& badge);
 
-/// Converts map entries to facts without explanation.
 template <class Map> std::vector<Fact> facts_of_map(const Map& entries) {
   std::vector<Fact> facts;
   for (const auto& [name, value] : entries) { facts.push_back({name, value, {}}); }
@@ -127,7 +123,6 @@ template <class Map> std::vector<Fact> facts_of_map(const Map& entries) {
 /// Returns the part, below a heading that unfolds it if `folded` is true.
 PagePart folded_if(bool folded, const std::string& heading, PagePart part);
 
-/// Section of kind `exhibits` with the given figures.
 Section exhibits_of(const std::vector<Figure>& figures);
 
 }  // namespace palpate

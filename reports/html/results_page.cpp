@@ -118,7 +118,6 @@ Section case_section(const Outcome& outcome) {
   return section;
 }
 
-/// Outcomes of one suite, in their original order.
 struct Suite {
   std::string name{};
   std::vector<const Outcome*> outcomes{};

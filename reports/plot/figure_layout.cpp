@@ -27,12 +27,12 @@ void include(Range& range, const Axis& axis, const std::vector<double>& values) 
 }
 
 /// Cells of a heat map reach half a cell beyond their centres.
-void include_cells(Range& range, const Axis& axis, const std::vector<double>& centres) {
+Range range_of_cells(const Axis& axis, const std::vector<double>& centres) {
+  Range range;
   include(range, axis, centres);
-  if (centres.size() < 2 || axis.logarithmic) { return; }
+  if (centres.size() < 2 || axis.logarithmic) { return range; }
   const double half = 0.5 * std::abs(centres[1] - centres[0]);
-  range.low -= half;
-  range.high += half;
+  return {range.low - half, range.high + half, range.empty};
 }
 
 Range finish(Range range, const Axis& axis, bool tight) {
@@ -299,11 +299,8 @@ std::optional<ZoneLabel> squeezed(const ZoneSpan& zone, double width, double tal
 Range x_range(const Figure& figure) {
   Range range;
   for (const Series& series : figure.series) { include(range, figure.x, series.x); }
-  if (figure.heat_map) {
-    range = {};
-    include_cells(range, figure.x, figure.heat_map->x);
-  }
-  return finish(range, figure.x, figure.heat_map.has_value());
+  return finish(figure.heat_map ? range_of_cells(figure.x, figure.heat_map->x) : range, figure.x,
+                figure.heat_map.has_value());
 }
 
 Range y_range(const Figure& figure) {
@@ -312,11 +309,8 @@ Range y_range(const Figure& figure) {
     include(range, figure.y, series.y);
     include(range, figure.y, series.y2);
   }
-  if (figure.heat_map) {
-    range = {};
-    include_cells(range, figure.y, figure.heat_map->y);
-  }
-  return finish(range, figure.y, figure.heat_map.has_value());
+  return finish(figure.heat_map ? range_of_cells(figure.y, figure.heat_map->y) : range, figure.y,
+                figure.heat_map.has_value());
 }
 
 double axis_share(const Axis& axis, const Range& range, double value) {

@@ -174,6 +174,10 @@ std::string image_markup(double x, double y, double width, double height, std::s
          "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," + base64(png) + "\"/>";
 }
 
+std::string colour_class(const Look& look) {
+  return look.colour == ink_colour ? "k" : "s" + std::to_string(look.colour);
+}
+
 /// Mark with its position on the axis.
 struct Sign {
   double x = 0.0;  ///< from the left edge of the plot
@@ -591,12 +595,6 @@ class Drawing {
     return markup;
   }
 
- public:
-  static std::string colour_class(const Look& look) {
-    return look.colour == ink_colour ? "k" : "s" + std::to_string(look.colour);
-  }
-
- private:
   static constexpr double bar_width = 14.0;
   [[nodiscard]] double bar_left() const { return left_ + width_ + 12.0; }
 
@@ -618,7 +616,7 @@ class Drawing {
 
 /// Key of a series: a stroke, its marker, or a filled box.
 std::string sample(const Look& look) {
-  const std::string colour = Drawing::colour_class(look);
+  const std::string colour = colour_class(look);
   std::string svg = "<svg class=\"sample\" viewBox=\"0 0 28 12\" aria-hidden=\"true\">";
   if (look.opacity > 0.0) {
     svg += "<path class=\"f " + colour + "\" opacity=\"" + svg_number(look.opacity + 0.08) +

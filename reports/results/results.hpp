@@ -33,8 +33,6 @@ Results without_what_varies(Results results);
 
 std::string to_junit(const Results& results);
 
-// HTML page of validation results.
-
 /// Fraction of the bound that a quantity uses, including its uncertainty: at most 1 exactly if the
 /// quantity passes. For an interval, the distance from its midpoint over half its width. Infinite
 /// for NaN.
@@ -47,8 +45,6 @@ const Quantity* tightest_quantity(const Outcome& outcome);
 /// Bound and measured value as displayed text: "≤ 0.002 m", "0.85 to 1.15", "= 0", "finite".
 std::string allowed_text(const Quantity& quantity);
 std::string measured_text(const Quantity& quantity);
-// Page of a set of cases: verdict, table of claims with the worst margin first, every case with its
-// numbers and figures, provenance.
 
 /// Returns report.html. Output is deterministic: the same results give the same bytes.
 std::string to_html(const Results& results);

@@ -129,7 +129,6 @@ std::string ChildEnd::last_words() const {
 }
 
 ChildEnd run_child(const std::vector<std::string>& words, const std::atomic<bool>* stop) {
-  constexpr std::size_t most_bytes = 1U << 26U;
   const io::ScratchFolder folder;
   const pid_t child = start(words, folder / "output", folder / "errors");
   ChildEnd end;

@@ -64,8 +64,6 @@ CallgrindPart part_from(const std::string& text, const std::string& file);
 /// Returns the labelled parts in a folder, in the order in which the program requested them.
 std::vector<CallgrindPart> labelled_parts(const std::filesystem::path& folder);
 
-// Section of a program that a profiler measures.
-
 /// Runs the work. Under `valgrind --tool=callgrind --instr-atstart=no` only its instructions are
 /// counted, in a part with this label. Without Valgrind there is no overhead.
 void run_counted(const std::string& label, const std::function<void()>& work);

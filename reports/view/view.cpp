@@ -137,28 +137,31 @@ void add_grid(View& view, const ShownNodes& shown, const std::vector<int>& numbe
   }
 }
 
+/// New number of an item, which is appended to `kept` at its first use.
+int renumbered(int item, std::vector<int>& number, std::vector<int>& kept) {
+  int& own = number[static_cast<std::size_t>(item)];
+  if (own < 0) {
+    own = static_cast<int>(kept.size());
+    kept.push_back(item);
+  }
+  return own;
+}
+
 /// Skin surface of a grid: cell faces towards -z.
 ViewSurface skin_of(const CellGrid& grid, const NodeVectors& rest) {
   ViewSurface skin{.label = "skin", .of_cells = true};
   std::vector<int> nodes;
   std::vector<int> vertex(grid.places().size(), -1);
-  for (const GridFace& face : exposed_faces(grid, [](const GridPlace&) { return true; })) {
+  for (const GridFace& face : exposed_faces(grid)) {
     const int above = grid.node_at(face.cell);
     const int opposite = grid.node_at({face.cell[0] + 1, face.cell[1] + 1, face.cell[2]});
     if (face.nodes[0] != above || face.nodes[2] != opposite) { continue; }
     std::array<int, 4> corner{};
-    for (std::size_t n = 0; n < 4; ++n) {
-      int& own = vertex[static_cast<std::size_t>(face.nodes[n])];
-      if (own < 0) {
-        own = static_cast<int>(skin.vertices.size());
-        skin.vertices.push_back({{face.nodes[n], 1.0}});
-        nodes.push_back(face.nodes[n]);
-      }
-      corner[n] = own;
-    }
+    for (std::size_t n = 0; n < 4; ++n) { corner[n] = renumbered(face.nodes[n], vertex, nodes); }
     skin.triangles.push_back({corner[0], corner[1], corner[2]});
     skin.triangles.push_back({corner[0], corner[2], corner[3]});
   }
+  for (const int node : nodes) { skin.vertices.push_back({{node, 1.0}}); }
   skin.rest = rest(Eigen::all, nodes);
   return skin;
 }
@@ -383,9 +386,7 @@ Marks shell_of(const CellGrid& grid, const SpringNetwork& network, const ViewFoc
   const auto mark = [&](const GridPlace& cell) {
     for (const int node : grid.corners(cell)) { shown[static_cast<std::size_t>(node)] = 1; }
   };
-  for (const GridFace& face : exposed_faces(grid, [](const GridPlace&) { return true; })) {
-    mark(face.cell);
-  }
+  for (const GridFace& face : exposed_faces(grid)) { mark(face.cell); }
   for (const GridPlace& cell : grid.cells()) {
     const std::array<int, 8> nodes = grid.corners(cell);
     const Eigen::Vector3d low = network.rest_position.col(nodes[0]);
@@ -519,14 +520,7 @@ std::optional<ViewSurface> view_of_skin(const Scene& scene, std::vector<std::str
   std::vector<int> vertices;
   std::vector<int> number(static_cast<std::size_t>(surface.vertex.cols()), -1);
   for (auto& face : skin.triangles) {
-    for (int& vertex : face) {
-      int& own = number[static_cast<std::size_t>(vertex)];
-      if (own < 0) {
-        own = static_cast<int>(vertices.size());
-        vertices.push_back(vertex);
-      }
-      vertex = own;
-    }
+    for (int& vertex : face) { vertex = renumbered(vertex, number, vertices); }
   }
   skin.rest = surface.vertex(Eigen::all, vertices);
   for (const EmbeddedPoint& point : embed(skin.rest, *grid)) {
@@ -621,18 +615,15 @@ CellGrid CellGrid::thinned(int n) const {
   return grid;
 }
 
-std::vector<GridFace> exposed_faces(const CellGrid& grid,
-                                    const std::function<bool(const GridPlace&)>& kept) {
+std::vector<GridFace> exposed_faces(const CellGrid& grid) {
   // Corners of the faces towards -x, +x, -y, +y, -z, +z.
   static constexpr std::array<std::array<std::size_t, 4>, 6> sides{
       {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
   std::vector<GridFace> faces;
   for (const GridPlace& cell : grid.cells()) {
-    if (!kept(cell)) { continue; }
     const std::array<int, 8> nodes = grid.corners(cell);
     for (int side = 0; side < 6; ++side) {
-      const GridPlace next = beside(cell, side / 2, side % 2 == 0 ? -1 : 1);
-      if (grid.is_cell(next) && kept(next)) { continue; }
+      if (grid.is_cell(beside(cell, side / 2, side % 2 == 0 ? -1 : 1))) { continue; }
       GridFace face{cell, {}};
       for (std::size_t n = 0; n < 4; ++n) {
         face.nodes[n] = nodes[sides[static_cast<std::size_t>(side)][n]];

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -106,8 +105,6 @@ struct ViewInput {
 /// Creates the view. Returns nothing if the trace has no frames.
 std::optional<View> make_view(const ViewInput& input);
 
-// Skin surface of a scene for its 3-D view.
-
 inline constexpr std::size_t most_faces_shown = 60'000;
 
 /// Returns the skin faces around the tissue, up to half the tissue length on every side, with
@@ -127,7 +124,6 @@ class CellGrid {
   static std::optional<CellGrid> of(const SpringNetwork& network);
 
   [[nodiscard]] const std::vector<GridPlace>& places() const { return place_; }
-  [[nodiscard]] const GridPlace& extent() const { return extent_; }
   [[nodiscard]] int node_at(const GridPlace& place) const;  ///< node index; -1: no node
   [[nodiscard]] bool is_cell(const GridPlace& lowest) const;
   /// Node indices of the corners of a cell. Corner n has bit 0 along x, bit 1 along y, bit 2 along
@@ -163,9 +159,8 @@ struct GridFace {
   std::array<int, 4> nodes{};
 };
 
-/// Faces between the cells for which `kept` is true and all other space.
-std::vector<GridFace> exposed_faces(const CellGrid& grid,
-                                    const std::function<bool(const GridPlace&)>& kept);
+/// Faces between the cells and all other space.
+std::vector<GridFace> exposed_faces(const CellGrid& grid);
 
 // Selection of the nodes for a view: all nodes of a small network, else the surface, the cut plane
 // and the region near the tool. A network that is still too large is thinned to every n-th grid

@@ -53,6 +53,34 @@ constexpr std::array by_word{Coloured{"skin", 0xe3b196},         Coloured{"fat",
 constexpr std::array<unsigned, 6> others{0xe0b79c, 0x8fb8a8, 0xb7a3cf,
                                          0xd69a7c, 0x93b5d6, 0xc3bf7d};
 
+/// Colour of a sequential scale, from pale at `share` 0 to dark at 1.
+Rgb scale_colour(double share) { return interpolated_colour(magma, share); }
+
+/// Colours of the labels. Labels without a keyword use a palette.
+std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
+  std::vector<Rgb> colours;
+  std::size_t other = 0;
+  for (const std::string& label : labels) {
+    const auto found = std::ranges::find_if(
+        by_word, [&](const auto& each) { return label.find(each.first) != std::string::npos; });
+    colours.push_back(
+        rgb(found != by_word.end() ? found->second : others[other++ % others.size()]));
+  }
+  return colours;
+}
+
+/// Colour in hexadecimal notation: "#1f968b".
+std::string hex_colour(const Rgb& colour) {
+  std::string text = "#";
+  for (const double part : colour) {
+    std::array<char, 3> digits{};
+    std::snprintf(digits.data(), digits.size(), "%02x",
+                  static_cast<unsigned>(std::lround(255.0 * std::clamp(part, 0.0, 1.0))) & 255U);
+    text += digits.data();
+  }
+  return text;
+}
+
 using Json = nlohmann::ordered_json;
 using Integers = std::vector<std::int64_t>;
 
@@ -408,31 +436,6 @@ Rgb interpolated_colour(std::span<const unsigned> codes, double share) {
   Rgb colour{};
   for (std::size_t n = 0; n < 3; ++n) { colour[n] = (1.0 - rest) * low[n] + rest * high[n]; }
   return colour;
-}
-
-Rgb scale_colour(double share) { return interpolated_colour(magma, share); }
-
-std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
-  std::vector<Rgb> colours;
-  std::size_t other = 0;
-  for (const std::string& label : labels) {
-    const auto found = std::ranges::find_if(
-        by_word, [&](const auto& each) { return label.find(each.first) != std::string::npos; });
-    colours.push_back(
-        rgb(found != by_word.end() ? found->second : others[other++ % others.size()]));
-  }
-  return colours;
-}
-
-std::string hex_colour(const Rgb& colour) {
-  std::string text = "#";
-  for (const double part : colour) {
-    std::array<char, 3> digits{};
-    std::snprintf(digits.data(), digits.size(), "%02x",
-                  static_cast<unsigned>(std::lround(255.0 * std::clamp(part, 0.0, 1.0))) & 255U);
-    text += digits.data();
-  }
-  return text;
 }
 
 EncodedView encode(View view, std::size_t most) {

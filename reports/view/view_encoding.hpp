@@ -36,22 +36,10 @@ std::string deflate(std::string_view bytes);
 /// Encodes bytes as base64 (RFC 4648), with padding.
 std::string base64(std::string_view bytes);
 
-// Colours of the view.
-
 using Rgb = std::array<double, 3>;  ///< red, green, blue in 0 to 1, sRGB
 
 /// Colour between neighbouring codes 0xrrggbb, from the first at `share` 0 to the last at 1.
 Rgb interpolated_colour(std::span<const unsigned> codes, double share);
-
-/// Colour of a sequential scale, from pale at `share` 0 to dark at 1.
-Rgb scale_colour(double share);
-
-/// Colours of the labels. Skin, fat, ligament, bone and others have fixed colours; unknown labels
-/// use a palette.
-std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels);
-
-/// Colour in hexadecimal notation: "#1f968b".
-std::string hex_colour(const Rgb& colour);
 
 // View as text for assets/view_tissue.js: a JSON header and packed quantised numbers.
 
