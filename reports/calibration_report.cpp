@@ -10,7 +10,6 @@
 #include "fixtures/io/recording_file.hpp"
 #include "model/problem/recording.hpp"
 #include "reports/html/html_page.hpp"
-#include "reports/plot/shown_units.hpp"
 #include "reports/results/results_json.hpp"
 
 namespace palpate {
@@ -40,7 +39,7 @@ void add_notes_on_recordings(const CalibrationReport& report, NoteList& list) {
            "of subjects are assumed. Forces within a layer follow from such lines.");
   const long plunger = with_force(ForceSource::plunger);
   list.add(plunger > 0,
-           "In " + std::to_string(plunger) + " continuous recording" + (plunger == 1 ? "" : "s") +
+           "In " + counted(plunger, "continuous recording", "continuous recordings") +
                " pressure times plunger area represents the force along the needle (Eq. 1). This "
                "holds as long as the thumb on the plunger drives the needle.");
   list.add(plunger + with_force(ForceSource::recorded) == 0,
@@ -51,8 +50,7 @@ void add_notes_on_recordings(const CalibrationReport& report, NoteList& list) {
     const long others = count_if(report, [&](const auto& each) {
       return std::abs(each.observed.recording.plunger_area / syringe->plunger_area - 1.0) > same;
     });
-    list.add(others > 0, std::to_string(others) +
-                             (others == 1 ? " recording is" : " recordings are") +
+    list.add(others > 0, counted(others, "recording is", "recordings are") +
                              " of a plunger of another area than the scene's " +
                              short_number(syringe->plunger_area, 4) +
                              " m^2: the thumb's force is then that of the scene's plunger and of "
@@ -105,50 +103,6 @@ void add_notes_on_fit(const Calibration& result, NoteList& list) {
   }
 }
 
-}  // namespace
-
-bool CalibrationReport::reconstructed() const {
-  return std::ranges::any_of(recordings, [](const CalibratedRecording& r) {
-    return r.observed.recording.kind == Recording::Kind::reconstructed;
-  });
-}
-
-std::string calibration_verdict(const CalibrationReport& report) {
-  const Fit& fit = report.result.fit;
-  const std::string told =
-      std::to_string(fit.told.size()) + " of " + std::to_string(fit.parameters.size());
-  if (fit.told.empty()) {
-    return "Nothing fitted: the recordings tell none of " + std::to_string(fit.parameters.size()) +
-           " parameters";
-  }
-  if (report.result.outcome().status == Status::pass) {
-    return "Fitted: the recordings tell " + told + " parameters";
-  }
-  return "Fell short: " + told + " parameters were fitted, and not every check of the fit holds";
-}
-
-std::string calibration_detail(const CalibrationReport& report) {
-  const Fit& fit = report.result.fit;
-  std::string text = "Sum of squares over " + std::to_string(fit.rows.size()) +
-                     " observables: " + short_number(fit.misfit_before, 3) + " before, " +
-                     short_number(fit.misfit_after, 3) + " after. From " +
-                     std::to_string(report.recordings.size()) +
-                     (report.recordings.size() == 1 ? " recording" : " recordings");
-  text += report.reconstructed()
-              ? ", reconstructed from published summary values: no evidence about patients."
-              : ".";
-  return text;
-}
-
-std::vector<std::string> calibration_warnings(const CalibrationReport& report) {
-  NoteList list;
-  add_notes_on_recordings(report, list);
-  add_notes_on_fit(report.result, list);
-  return list.notes;
-}
-
-namespace {
-
 constexpr double milliseconds = 1e3;  // [ms/s]
 
 /// Factor and unit for the display of an observable.
@@ -174,14 +128,11 @@ std::string interval_text(const comparison::Interval& interval) {
 std::string small_text(double value) { return value < 0.01 ? "< 0.01" : short_number(value, 3); }
 
 Table parameter_table(const Fit& fit) {
-  Table table{
-      .id = "parameters",
-      .title = "Parameters",
-      .caption =
-          "Priors and bounds are log-normal about the scene's values; intervals are 95 %. "
-          "Sensitivity: what one spread of the prior moves, in uncertainties of the recordings.",
-      .columns = {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds",
-                  "sensitivity"}};
+  Table table = make_table(
+      "parameters", "Parameters",
+      "Priors and bounds are log-normal about the scene's values; intervals are 95 %. "
+      "Sensitivity: what one spread of the prior moves, in uncertainties of the recordings.",
+      {"parameter", "unit", "told", "prior", "fitted", "interval", "bounds", "sensitivity"});
   const auto add = [&](const FittedParameter& each) {
     const bool told = each.telling == Telling::told;
     table.rows.push_back(
@@ -201,14 +152,11 @@ Table parameter_table(const Fit& fit) {
 
 Table observable_table(const Calibration& result) {
   const Fit& fit = result.fit;
-  Table table{
-      .id = "observables",
-      .title = "Recordings and simulation",
-      .caption =
-          "Means over subjects with their standard uncertainty; the scene before and after, and "
-          "the fitted scene without the coarser block and step that the fit uses.",
-      .columns = {"observable", "subjects", "mean", "uncertainty", "before", "after",
-                  "after, whole scene"}};
+  Table table = make_table(
+      "observables", "Recordings and simulation",
+      "Means over subjects with their standard uncertainty; the scene before and after, and "
+      "the fitted scene without the coarser block and step that the fit uses.",
+      {"observable", "subjects", "mean", "uncertainty", "before", "after", "after, whole scene"});
   for (const Eigen::Index row : fit.rows) {
     table.rows.push_back({std::to_string(table.rows.size() + 1) + " " + std::string(name_of(row)),
                           static_cast<double>(fit.data.count[static_cast<std::size_t>(row)]),
@@ -221,12 +169,11 @@ Table observable_table(const Calibration& result) {
 }
 
 Table correlation_table(const Fit& fit) {
-  Table table{.id = "correlation",
-              .title = "Correlation",
-              .caption =
-                  "Of the logarithms of what was told. Near 1 or -1 two parameters are known "
-                  "together alone.",
-              .columns = {"parameter"}};
+  Table table =
+      make_table("correlation", "Correlation",
+                 "Of the logarithms of what was told. Near 1 or -1 two parameters are known "
+                 "together alone.",
+                 {"parameter"});
   for (std::size_t n = 0; n < fit.told.size(); ++n) {
     table.columns.push_back(std::to_string(n + 1));
   }
@@ -242,13 +189,12 @@ Table correlation_table(const Fit& fit) {
 }
 
 Table held_out_table(const std::vector<HeldOut>& held_out) {
-  Table table{.id = "held-out",
-              .title = "Prediction of each group from the others",
-              .caption =
-                  "Fitted to all groups but one. Errors are root mean squares over observables, "
-                  "relative: of those that were fitted, and of the group that was not.",
-              .columns = {"group left out", "subjects", "error, fitted", "error, predicted",
-                          "peak recorded", "peak predicted"}};
+  Table table =
+      make_table("held-out", "Prediction of each group from the others",
+                 "Fitted to all groups but one. Errors are root mean squares over observables, "
+                 "relative: of those that were fitted, and of the group that was not.",
+                 {"group left out", "subjects", "error, fitted", "error, predicted",
+                  "peak recorded", "peak predicted"});
   const Eigen::Index peak = index_of(Observable::pressure_peak);
   for (const HeldOut& each : held_out) {
     table.rows.push_back(
@@ -261,10 +207,9 @@ Table held_out_table(const std::vector<HeldOut>& held_out) {
 }
 
 Table recording_table(const CalibrationReport& report) {
-  Table table{.id = "recordings",
-              .title = "Recordings",
-              .caption = "Each with where its force along the needle comes from.",
-              .columns = {"file", "kind", "group", "technique", "force", "hash"}};
+  Table table = make_table("recordings", "Recordings",
+                           "Each with where its force along the needle comes from.",
+                           {"file", "kind", "group", "technique", "force", "hash"});
   for (const CalibratedRecording& each : report.recordings) {
     table.rows.push_back({each.file, std::string(io::word_of(each.observed.recording.kind)),
                           each.observed.recording.group, each.observed.recording.technique,
@@ -278,8 +223,7 @@ Figure profile_figure(const CalibrationReport& report) {
   const Parameter& p = report.result.fit.parameters[profile.parameter].parameter;
   const auto [low, high] = std::ranges::minmax(profile.value);
   constexpr double threshold = 3.841;  // 0.95 quantile of chi-squared with one degree of freedom
-  return {.id = "profile",
-          .title = "Profile of " + p.key,
+  return {.title = "Profile of " + p.key,
           .caption =
               "Growth of the sum of squares where this parameter, told with the widest interval, "
               "is held and the others are fitted again. Dashed: 95 % if observables were "
@@ -322,8 +266,7 @@ Figure force_figure(const Fit& fit) {
     band.y.push_back(fit.data.mean[row] - reach);
     band.y2.push_back(fit.data.mean[row] + reach);
   }
-  return {.id = "force",
-          .title = "Force along the needle before the loss of resistance",
+  return {.title = "Force along the needle before the loss of resistance",
           .caption =
               "Means over 2 mm of the way, 1.5 mm in the last, by the distance to where resistance "
               "is lost.",
@@ -350,8 +293,7 @@ Figure misfit_figure(const Fit& fit) {
   allowed.x = {0.5, end};
   allowed.y = {-2.0, -2.0};
   allowed.y2 = {2.0, 2.0};
-  return {.id = "misfit",
-          .title = "Misfit of every observable",
+  return {.title = "Misfit of every observable",
           .caption =
               "Simulated less recorded, in standard uncertainties; observables as the table below "
               "numbers them.",
@@ -420,7 +362,67 @@ Json correlation_json(const Fit& fit) {
   return object("parameters", list_of(fit.told, key), "matrix", rows);
 }
 
+std::vector<Fact> facts_of(const CalibrationReport& report) {
+  const calibration::Calibration& result = report.result;
+  const calibration::Fit& fit = result.fit;
+  const std::size_t freedom = fit.data.degrees_of_freedom();
+  return {{"scene", report.scene, ""},
+          {"search", fit.converged ? "converged" : "did not converge",
+           "in " + std::to_string(fit.iterations) + " iterations, " +
+               std::to_string(result.simulations) + " simulations of a coarser block"},
+          {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
+           "largest difference to the whole scene, in uncertainties"},
+          {"intervals", freedom == 0 ? "normal" : "Student's t",
+           freedom == 0 ? "too few subjects for a spread"
+                        : "spread between subjects with " + std::to_string(freedom) +
+                              " degrees of freedom"}};
+}
+
+std::string kind_banner(const CalibrationReport& report) {
+  return counted(report.recordings.size(), "recording, ", "recordings, ") +
+         (report.reconstructed() ? "reconstructed, not measured" : "measured");
+}
+
 }  // namespace
+
+bool CalibrationReport::reconstructed() const {
+  return std::ranges::any_of(recordings, [](const CalibratedRecording& r) {
+    return r.observed.recording.kind == Recording::Kind::reconstructed;
+  });
+}
+
+std::string calibration_verdict(const CalibrationReport& report) {
+  const Fit& fit = report.result.fit;
+  const std::string told =
+      std::to_string(fit.told.size()) + " of " + std::to_string(fit.parameters.size());
+  if (fit.told.empty()) {
+    return "Nothing fitted: the recordings tell none of " + std::to_string(fit.parameters.size()) +
+           " parameters";
+  }
+  if (report.result.outcome().status == Status::pass) {
+    return "Fitted: the recordings tell " + told + " parameters";
+  }
+  return "Fell short: " + told + " parameters were fitted, and not every check of the fit holds";
+}
+
+std::string calibration_detail(const CalibrationReport& report) {
+  const Fit& fit = report.result.fit;
+  std::string text = "Sum of squares over " + std::to_string(fit.rows.size()) +
+                     " observables: " + short_number(fit.misfit_before, 3) + " before, " +
+                     short_number(fit.misfit_after, 3) + " after. From " +
+                     counted(report.recordings.size(), "recording", "recordings");
+  text += report.reconstructed()
+              ? ", reconstructed from published summary values: no evidence about patients."
+              : ".";
+  return text;
+}
+
+std::vector<std::string> calibration_warnings(const CalibrationReport& report) {
+  NoteList list;
+  add_notes_on_recordings(report, list);
+  add_notes_on_fit(report.result, list);
+  return list.notes;
+}
 
 std::string to_json(const CalibrationReport& report) {
   const Calibration& result = report.result;
@@ -451,32 +453,6 @@ std::string to_json(const CalibrationReport& report) {
              list_of(report.recordings, recording_json), "warnings", calibration_warnings(report)),
       2);
 }
-
-namespace {
-
-std::vector<Fact> facts_of(const CalibrationReport& report) {
-  const calibration::Calibration& result = report.result;
-  const calibration::Fit& fit = result.fit;
-  const std::size_t freedom = fit.data.degrees_of_freedom();
-  return {{"scene", report.scene, ""},
-          {"search", fit.converged ? "converged" : "did not converge",
-           "in " + std::to_string(fit.iterations) + " iterations, " +
-               std::to_string(result.simulations) + " simulations of a coarser block"},
-          {"cost of the coarser block", quantity(result.shortcut_cost(), ""),
-           "largest difference to the whole scene, in uncertainties"},
-          {"intervals", freedom == 0 ? "normal" : "Student's t",
-           freedom == 0 ? "too few subjects for a spread"
-                        : "spread between subjects with " + std::to_string(freedom) +
-                              " degrees of freedom"}};
-}
-
-std::string kind_banner(const CalibrationReport& report) {
-  return std::to_string(report.recordings.size()) +
-         (report.recordings.size() == 1 ? " recording, " : " recordings, ") +
-         (report.reconstructed() ? "reconstructed, not measured" : "measured");
-}
-
-}  // namespace
 
 std::string to_html(const CalibrationReport& report) {
   const std::vector<Table> tables = calibration_tables(report);

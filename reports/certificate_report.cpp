@@ -3,15 +3,10 @@
 #include "reports/certificate_report.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "reports/html/html_page.hpp"
-#include "reports/plot/shown_units.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/certificate/certificate.hpp"
 
@@ -36,13 +31,11 @@ std::string place_of(const CertificateReport& report, bool empty, const Peak& wo
 }
 
 Table times_table(const CertificateReport& report) {
-  Table table{.id = "times",
-              .title = "Times of every tick",
-              .caption =
-                  "In us, from the scheduled release. A percentile is the end of its bin of 1 us; "
-                  "it is left out where no tick lies above it.",
-              .columns = {"phase", "what", "min"},
-              .timing = true};
+  Table table =
+      make_table("times", "Times of every tick",
+                 "In us, from the scheduled release. A percentile is the end of its bin of 1 us; "
+                 "it is left out where no tick lies above it.",
+                 {"phase", "what", "min"});
   for (const auto& [name, share] : shown_percentiles) { table.columns.emplace_back(name); }
   table.columns.insert(table.columns.end(), {"max", "max was at"});
   for (const NamedPhase& named : phases_of(report)) {
@@ -66,16 +59,12 @@ Table times_table(const CertificateReport& report) {
 }
 
 Table misses_table(const CertificateReport& report) {
-  Table table{
-      .id = "misses",
-      .title = "Missed deadlines",
-      .caption =
-          "The limit of the miss probability is the upper one of Clopper and Pearson, 95 %, "
-          "one-sided. Recovery: from the first missed release until a tick was in time again.",
-      .columns = {"phase", "ticks", "missed", "limit of the miss probability", "longest run",
-                  "longest recovery (ms)", "restarts", "page faults", "thread pushed aside",
-                  "stolen (ms)"},
-      .timing = true};
+  Table table = make_table(
+      "misses", "Missed deadlines",
+      "The limit of the miss probability is the upper one of Clopper and Pearson, 95 %, "
+      "one-sided. Recovery: from the first missed release until a tick was in time again.",
+      {"phase", "ticks", "missed", "limit of the miss probability", "longest run",
+       "longest recovery (ms)", "restarts", "page faults", "thread pushed aside", "stolen (ms)"});
   for (const NamedPhase& named : phases_of(report)) {
     const Phase& phase = *named.phase;
     const Misses& misses = phase.record.misses;
@@ -91,20 +80,16 @@ Table misses_table(const CertificateReport& report) {
 }
 
 Table probes_table(const CertificateReport& report) {
-  Table table{
-      .id = "provocations",
-      .title = "Worst ticks, provoked",
-      .caption =
-          "Time on the thread's own clock, the least of the repetitions, so that other work on the "
-          "machine does not count; costliest first. Instructions of the scene's costliest tick: " +
+  Table table = make_table(
+      "provocations", "Worst ticks, provoked",
+      "Time on the thread's own clock, the least of the repetitions, so that other work on the "
+      "machine does not count; costliest first. Instructions of the scene's costliest tick: " +
           (report.result.budget.worst_instructions
                ? short_number(static_cast<double>(*report.result.budget.worst_instructions))
                : "not counted (" + report.not_counted + ")") +
           ".",
-      .columns = {"provocation", "how", "scene at (s)", "computes for (us)",
-                  "by the wall clock (us)", "of the deadline (%)", "cycles (thousands)",
-                  "repetitions"},
-      .timing = true};
+      {"provocation", "how", "scene at (s)", "computes for (us)", "by the wall clock (us)",
+       "of the deadline (%)", "cycles (thousands)", "repetitions"});
   const double cycles = report.cycles_per_second.value_or(std::numeric_limits<double>::quiet_NaN());
   for (const WorstCaseProbe& each : report.result.budget.probes) {
     table.rows.push_back({each.name, each.what, each.scene_time, us * each.processor,
@@ -117,11 +102,9 @@ Table probes_table(const CertificateReport& report) {
 }
 
 Table tail_table(const Tail& tail) {
-  Table table{.id = "tail",
-              .title = "Assumptions of the extrapolation",
-              .caption = "Each check fails one time in a thousand where its claim is true.",
-              .columns = {"claim", "found", "at least", "at most", "holds"},
-              .timing = true};
+  Table table = make_table("tail", "Assumptions of the extrapolation",
+                           "Each check fails one time in a thousand where its claim is true.",
+                           {"claim", "found", "at least", "at most", "holds"});
   for (const Quantity& check : tail.checks) {
     table.rows.push_back({check.bound_from, check.value, check.lower, check.upper,
                           std::string(check.holds() ? "yes" : "no")});
@@ -130,38 +113,18 @@ Table tail_table(const Tail& tail) {
 }
 
 Table levels_table(const Tail& tail) {
-  Table table{.id = "levels",
-              .title = "Extrapolated response times",
-              .caption =
-                  "Exceeded by one tick in so many, by the generalised Pareto distribution above "
-                  "the lowest threshold, with profile-likelihood limits; no further than two "
-                  "decades beyond the data.",
-              .columns = {"one tick in", "response (us)", "95 % from (us)", "to (us)"},
-              .timing = true};
+  Table table =
+      make_table("levels", "Extrapolated response times",
+                 "Exceeded by one tick in so many, by the generalised Pareto distribution above "
+                 "the lowest threshold, with profile-likelihood limits; no further than two "
+                 "decades beyond the data.",
+                 {"one tick in", "response (us)", "95 % from (us)", "to (us)"});
   for (const ReturnLevel& level : tail.levels) {
     table.rows.push_back(
         {1.0 / level.probability, us * level.value, us * level.lower, us * level.upper});
   }
   return table;
 }
-
-}  // namespace
-
-std::vector<NamedPhase> phases_of(const CertificateReport& report) {
-  std::vector<const LoadResult*> loads;
-  for (const LoadResult& load : report.result.loads) { loads.push_back(&load); }
-  std::ranges::stable_partition(
-      loads, [&](const LoadResult* load) { return load == report.result.worst(); });
-  std::vector<NamedPhase> phases;
-  for (const LoadResult* load : loads) {
-    const std::string suffix = loads.size() > 1 ? ", load " + load->load : "";
-    phases.push_back({"empty loop" + suffix, &load->control, true});
-    phases.push_back({"scene" + suffix, &load->scene, false});
-  }
-  return phases;
-}
-
-namespace {
 
 std::vector<Table> certificate_tables(const CertificateReport& report) {
   std::vector<Table> tables{times_table(report), misses_table(report), probes_table(report)};
@@ -195,58 +158,20 @@ Series series_of(const std::string& label, const LatencyHistogram& times) {
   return series;
 }
 
-}  // namespace
-
-std::string to_csv(const CertificateReport& report) {
-  std::vector<NamedHistogram> columns;
-  const LoadResult nothing("", report.result.claim.deadline);
-  const LoadResult& worst = report.result.worst() != nullptr ? *report.result.worst() : nothing;
-  std::ranges::move(histograms_of(worst, ""), std::back_inserter(columns));
-  if (report.result.loads.size() > 1) {
-    for (const LoadResult& load : report.result.loads) {
-      std::ranges::move(histograms_of(load, "_" + load.load), std::back_inserter(columns));
-    }
-  }
-  std::string csv = "bin_start_us";
-  std::size_t bins = 0;
-  for (const NamedHistogram& column : columns) {
-    csv += "," + column.name;
-    bins = std::max(bins, column.times->used_bins());
-  }
-  csv += "\n";
-  for (std::size_t bin = 0; bin < bins; ++bin) {
-    const auto holds = [bin](const NamedHistogram& column) {
-      return column.times->counts()[bin] > 0;
-    };
-    if (std::ranges::none_of(columns, holds)) { continue; }
-    csv += std::to_string(bin);
-    for (const NamedHistogram& column : columns) {
-      csv += "," + std::to_string(column.times->counts()[bin]);
-    }
-    csv += "\n";
-  }
-  return csv;
-}
-
-namespace {
-
 /// Histograms of the response times of the scene and of the empty loop, and of the components of
 /// the response time of the scene. Empty if no phase ran.
 std::vector<Figure> histogram_figures(const CertificateReport& report) {
   const LoadResult* worst = report.result.worst();
   if (worst == nullptr || worst->control.record.ticks() == 0) { return {}; }
   Figure figure{
-      .id = "responses",
       .title = "Response: scene and empty loop",
       .caption = "Ticks in each us from the scheduled release; a single late one is a point at 1.",
       .x = {.label = "time (us)", .logarithmic = true},
       .y = {.label = "ticks", .logarithmic = true, .minimum = 0.8},
       .series = {series_of("scene", worst->scene.record.response),
                  series_of("empty loop", worst->control.record.response)},
-      .marks = {{"deadline", 1e6 * report.result.claim.deadline}},
-      .timing = true};
+      .marks = {{"deadline", 1e6 * report.result.claim.deadline}}};
   Figure parts = figure;
-  parts.id = "parts";
   parts.title = "Parts of the response of the scene";
   parts.caption = "Late wake-up and computation, in bins of 1 us.";
   parts.series = {series_of("computation", worst->scene.record.compute),
@@ -340,40 +265,8 @@ Json missed_tick_json(const std::optional<MissedTick>& missed) {
 Json value_json(std::monostate) { return nullptr; }
 template <class Value> Json value_json(const Value& value) { return value; }
 
-}  // namespace
-
-std::string to_json(const CertificateReport& report) {
-  const Certificate& all = report.result;
-  const Outcome outcome = outcome_of(all);
-  const LoadResult nothing("", all.claim.deadline);
-  const LoadResult& worst = all.worst() != nullptr ? *all.worst() : nothing;
-  Json environment = Json::object();
-  for (const EnvironmentFact& fact : report.environment) {
-    environment[fact.key] =
-        std::visit([](const auto& value) { return value_json(value); }, fact.value);
-  }
-  const auto of_load = [&report](const LoadResult& load) {
-    return object("load", load.load, "control", phase_json(report, load.control), "scene",
-                  phase_json(report, load.scene), "tail", tail_json(load.tail));
-  };
-  Json json = object("schema", 1, "verdict", verdict_word(outcome.status), "reason",
-                     outcome.reason(), "interrupted", all.interrupted, "scene", report.file,
-                     "title", report.title, "scene_hash", report.scene_hash, "rate_hz",
-                     all.claim.rate, "deadline_us", us * all.claim.deadline, "duration_s",
-                     all.claim.duration, "confidence", 0.95, "load", text_or_null(worst.load));
-  json.update(phase_json(report, worst.scene));
-  add_keys(json, "control", phase_json(report, worst.control), "tail", tail_json(worst.tail),
-           "compute_budget", budget_json(report), "missed_tick", missed_tick_json(all.missed_tick),
-           "environment", environment, "loads", list_of(all.loads, of_load), "notes", all.notes,
-           "command", report.command, "provenance", report.provenance);
-  return json_text(json, 2);
-}
-
-namespace {
-
 std::string headline(Status status) {
-  std::string text(verdict_word(status));
-  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  const std::string text = capitalised(std::string(verdict_word(status)));
   return status == Status::inconclusive ? text + ": nothing is certified" : text;
 }
 
@@ -459,6 +352,78 @@ Section tail_section(const Tail& tail, const std::vector<Table>& tables) {
 }
 
 }  // namespace
+
+std::vector<NamedPhase> phases_of(const CertificateReport& report) {
+  std::vector<const LoadResult*> loads;
+  for (const LoadResult& load : report.result.loads) { loads.push_back(&load); }
+  std::ranges::stable_partition(
+      loads, [&](const LoadResult* load) { return load == report.result.worst(); });
+  std::vector<NamedPhase> phases;
+  for (const LoadResult* load : loads) {
+    const std::string suffix = loads.size() > 1 ? ", load " + load->load : "";
+    phases.push_back({"empty loop" + suffix, &load->control, true});
+    phases.push_back({"scene" + suffix, &load->scene, false});
+  }
+  return phases;
+}
+
+std::string to_csv(const CertificateReport& report) {
+  std::vector<NamedHistogram> columns;
+  const LoadResult nothing("", report.result.claim.deadline);
+  const LoadResult& worst = report.result.worst() != nullptr ? *report.result.worst() : nothing;
+  std::ranges::move(histograms_of(worst, ""), std::back_inserter(columns));
+  if (report.result.loads.size() > 1) {
+    for (const LoadResult& load : report.result.loads) {
+      std::ranges::move(histograms_of(load, "_" + load.load), std::back_inserter(columns));
+    }
+  }
+  std::string csv = "bin_start_us";
+  std::size_t bins = 0;
+  for (const NamedHistogram& column : columns) {
+    csv += "," + column.name;
+    bins = std::max(bins, column.times->used_bins());
+  }
+  csv += "\n";
+  for (std::size_t bin = 0; bin < bins; ++bin) {
+    const auto holds = [bin](const NamedHistogram& column) {
+      return column.times->counts()[bin] > 0;
+    };
+    if (std::ranges::none_of(columns, holds)) { continue; }
+    csv += std::to_string(bin);
+    for (const NamedHistogram& column : columns) {
+      csv += "," + std::to_string(column.times->counts()[bin]);
+    }
+    csv += "\n";
+  }
+  return csv;
+}
+
+std::string to_json(const CertificateReport& report) {
+  const Certificate& all = report.result;
+  const Outcome outcome = outcome_of(all);
+  const LoadResult nothing("", all.claim.deadline);
+  const LoadResult& worst = all.worst() != nullptr ? *all.worst() : nothing;
+  Json environment = Json::object();
+  for (const EnvironmentFact& fact : report.environment) {
+    environment[fact.key] =
+        std::visit([](const auto& value) { return value_json(value); }, fact.value);
+  }
+  const auto of_load = [&report](const LoadResult& load) {
+    return object("load", load.load, "control", phase_json(report, load.control), "scene",
+                  phase_json(report, load.scene), "tail", tail_json(load.tail));
+  };
+  Json json = object("schema", 1, "verdict", verdict_word(outcome.status), "reason",
+                     outcome.reason(), "interrupted", all.interrupted, "scene", report.file,
+                     "title", report.title, "scene_hash", report.scene_hash, "rate_hz",
+                     all.claim.rate, "deadline_us", us * all.claim.deadline, "duration_s",
+                     all.claim.duration, "confidence", 0.95, "load", text_or_null(worst.load));
+  json.update(phase_json(report, worst.scene));
+  add_keys(json, "control", phase_json(report, worst.control), "tail", tail_json(worst.tail),
+           "compute_budget", budget_json(report), "missed_tick", missed_tick_json(all.missed_tick),
+           "environment", environment, "loads", list_of(all.loads, of_load), "notes", all.notes,
+           "command", report.command, "provenance", report.provenance);
+  return json_text(json, 2);
+}
 
 std::string to_html(const CertificateReport& report) {
   const Certificate& all = report.result;

@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <iterator>
+#include <cmath>
 #include <string>
 
+#include "fixtures/io/csv_file.hpp"
+#include "fixtures/io/problems.hpp"
 #include "fixtures/io/recording_file.hpp"
+#include "model/problem/input_error.hpp"
 #include "reports/html/html_page.hpp"
+#include "reports/plot/trace_figures.hpp"
+#include "reports/results/results_json.hpp"
 #include "validation/comparison/comparison.hpp"
 
 namespace palpate {
@@ -17,10 +21,6 @@ namespace palpate {
 using namespace comparison;
 
 namespace {
-
-std::string counted(std::size_t count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
 
 void append_part(std::string& text, const std::string& part) {
   text += (text.empty() ? "" : ", ") + part;
@@ -60,8 +60,144 @@ std::string name_of_group(const std::string& group) {
   return group.empty() ? "without a group" : group;
 }
 
-}  // namespace
+std::string honesty(const Recording& recording) {
+  if (recording.kind == Recording::Kind::measured) { return {}; }
+  return " Recorded: " + std::string(io::reconstruction_note) + ", not measured.";
+}
 
+std::vector<double> scaled(std::span<const double> values, double factor, double offset = 0.0) {
+  std::vector<double> out;
+  out.reserve(values.size());
+  for (const double value : values) { out.push_back(factor * value + offset); }
+  return out;
+}
+
+std::vector<double> times_of(const Samples& samples) {
+  std::vector<double> time;
+  time.reserve(samples.size());
+  for (std::size_t n = 0; n < samples.size(); ++n) { time.push_back(samples.time(n)); }
+  return time;
+}
+
+std::vector<double> difference(const Samples& a, const Samples& b, double factor) {
+  std::vector<double> out(a.size());
+  for (std::size_t n = 0; n < out.size(); ++n) { out[n] = factor * (a.value[n] - b.value[n]); }
+  return out;
+}
+
+FieldUnit unit_of_report(const ComparisonReport& report) {
+  return field_unit(comparison::unit_of(report.options.comparison.quantity));
+}
+
+std::string label_of(const std::string& what, std::string_view unit) {
+  return what + " (" + std::string(unit) + ")";
+}
+
+/// Figure of one recording and the simulation; every series is labelled with its origin.
+struct Overlay {
+  const ComparisonReport& report;
+  std::size_t index;
+  Over over;
+  Figure figure{};
+
+  [[nodiscard]] const Recording& recording() const {
+    return report.recordings[index].input.recording;
+  }
+  void add_recorded(const std::string& label, const std::vector<double>& values, double factor,
+                    Series::Style style = Series::Style::line) {
+    if (values.empty()) { return; }
+    const double lag = report.found.recordings[index].alignment.lag;
+    figure.series.push_back({.label = label,
+                             .style = style,
+                             .x = over == Over::time ? scaled(recording().time, 1.0, -lag)
+                                                     : scaled(recording().depth, mm),
+                             .y = scaled(values, factor)});
+  }
+  void add_simulated(const std::string& label, const char* column, double factor,
+                     Series::Style style = Series::Style::line) {
+    add_column(figure, report.simulation.trace, over, column, label, factor, style);
+  }
+};
+
+std::string over_id(Over over) { return over == Over::time ? "-over-time" : "-over-depth"; }
+std::string over_text(Over over) { return over == Over::time ? " over time" : " over depth"; }
+
+std::string clocks(const Comparison& one) {
+  return " Clocks aligned " + one.alignment.how + "; recorded - simulated " +
+         quantity(one.alignment.lag, "s") + ".";
+}
+
+Figure pressure_figure(const ComparisonReport& report, std::size_t n, Over over) {
+  Overlay overlay{report, n, over};
+  overlay.figure =
+      figure_over(report.simulation.trace, over, "pressure" + over_id(over),
+                  "Saline pressure" + over_text(over),
+                  "As sampled; the tints are the layers that the simulated tip is in." +
+                      (over == Over::time ? clocks(report.found.recordings[n]) : "") +
+                      honesty(overlay.recording()),
+                  "pressure (mmHg)");
+  const double factor = 1.0 / pascals_per_mmhg;
+  overlay.add_recorded("recorded", overlay.recording().pressure, factor);
+  overlay.add_simulated("simulated", "syringe.pressure_pa", factor);
+  return std::move(overlay.figure);
+}
+
+/// Force along the needle, and force on the plunger (pressure times area).
+Figure force_figure(const ComparisonReport& report, std::size_t n, Over over) {
+  Overlay overlay{report, n, over};
+  const Recording& recording = overlay.recording();
+  overlay.figure = figure_over(
+      report.simulation.trace, over, "force" + over_id(over), "Reaction force" + over_text(over),
+      "Resisting the needle, and the thumb: recorded pressure times a plunger of " +
+          quantity(1e6 * recording.plunger_area, "mm²") + "." +
+          (recording.force.empty() ? " Force along the needle was not recorded." : "") +
+          honesty(recording),
+      "force (N)");
+  const auto add_plunger = [&] {
+    overlay.add_recorded("on the plunger, recorded", recording.pressure, recording.plunger_area,
+                         Series::Style::dashed);
+  };
+  // A recorded series is first, so that it keeps its colour.
+  overlay.add_recorded("along the needle, recorded", recording.force, 1.0);
+  if (recording.force.empty()) { add_plunger(); }
+  overlay.add_simulated("along the needle, simulated", "tool.force_n", 1.0);
+  if (!recording.force.empty()) { add_plunger(); }
+  overlay.add_simulated("on the plunger, simulated", "syringe.thumb_n", 1.0, Series::Style::dashed);
+  return std::move(overlay.figure);
+}
+
+Figure residual_figure(const ComparisonReport& report, std::size_t n) {
+  const Comparison& one = report.found.recordings[n];
+  const FieldUnit unit = unit_of_report(report);
+  Figure figure = figure_over(
+      report.simulation.trace, Over::time, "residual", "Residual",
+      "Simulated less recorded, both filtered, where both are; a gap of the recording stays one." +
+          honesty(report.recordings[n].input.recording),
+      label_of("simulated - recorded", unit.name));
+  figure.series = {
+      {.x = times_of(one.recorded), .y = difference(one.simulated, one.recorded, unit.factor)}};
+  return figure;
+}
+
+std::string honesty_of_group(const GroupSummary& group) {
+  const std::size_t rebuilt = group.recordings - group.measured;
+  if (rebuilt == 0) { return {}; }
+  return " " + std::to_string(rebuilt) + " of " + std::to_string(group.recordings) +
+         " recordings: " + std::string(io::reconstruction_note) + ", not measured.";
+}
+
+Series corridor_band(const SubjectCorridor& corridor, std::span<const double> middle,
+                     double factor) {
+  Series band{.label = "corridor", .style = Series::Style::band, .x = times_of(corridor.mean)};
+  for (std::size_t n = 0; n < corridor.mean.size(); ++n) {
+    const double half = corridor.half_width.value[n];
+    band.y.push_back(factor * (middle[n] - half));
+    band.y2.push_back(factor * (middle[n] + half));
+  }
+  return band;
+}
+
+/// Counts of subjects and recordings: "5 subjects", "5 subjects (10 recordings)".
 std::string subjects_of(const SubjectCorridor& corridor) {
   const std::string subjects = counted(corridor.subjects, "subject", "subjects");
   return corridor.recordings == corridor.subjects
@@ -69,71 +205,19 @@ std::string subjects_of(const SubjectCorridor& corridor) {
              : subjects + " (" + counted(corridor.recordings, "recording", "recordings") + ")";
 }
 
-std::string tally_of(const ComparisonReport& report) {
-  std::string text;
-  const auto add = [&](Status status, const char* one, const char* many) {
-    const std::size_t count = count_of(report, status);
-    if (count > 0) { append_part(text, counted(count, one, many)); }
-  };
-  add(Status::pass, "agrees", "agree");
-  add(Status::inconclusive, "is not distinguishable", "are not distinguishable");
-  add(Status::fail, "differs", "differ");
-  add(Status::error, "cannot be compared", "cannot be compared");
-  return text;
+std::string corridor_words(const GroupSummary& group) {
+  return "Mean ± " + short_number(group.corridor->factor, 3) + " SD of " +
+         subjects_of(*group.corridor) +
+         ", in which a recording of a further subject lies with 0.95 (more SD where fewer were "
+         "measured)";
 }
 
-bool holds(const ComparisonReport& report) {
-  return report.found.outcome.status == Status::pass && count_of(report, Status::error) == 0;
+/// Figure of the compared quantity over time.
+Figure overlay_figure(const ComparisonReport& report, std::size_t recording) {
+  return report.options.comparison.quantity == QuantityKind::pressure
+             ? pressure_figure(report, recording, Over::time)
+             : force_figure(report, recording, Over::time);
 }
-
-std::string verdict_text(const ComparisonReport& report) {
-  std::string text(verdict_word(report.found.outcome.status));
-  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  const std::size_t left_out = count_of(report, Status::error);
-  if (left_out > 0 && report.found.outcome.status != Status::error) {
-    text += ", but " + counted(left_out, "recording", "recordings") + " cannot be compared";
-  }
-  return text;
-}
-
-std::string verdict_sentence(const ComparisonReport& report) {
-  if (!report.simulation.failure.empty()) {
-    return "The simulation " + report.simulation.failure + ".";
-  }
-  std::string sentence = "The simulated " +
-                         std::string(name_of(report.options.comparison.quantity)) +
-                         " was judged against " + kinds_of(report);
-  if (report.found.outcome.status == Status::pass) {
-    sentence += ". Every feature that can be judged lies within its tolerance.";
-  } else {
-    sentence += report.found.outcome.reasons.empty()
-                    ? "."
-                    : ": " + report.found.outcome.reasons.front() + ".";
-  }
-  if (reconstructed_count(report) > 0) {
-    sentence += " What was reconstructed is no evidence about patients.";
-  }
-  return sentence;
-}
-
-std::string shown(const RecordingDefects& defects) {
-  const std::array<std::pair<std::size_t, const char*>, 8> counts{
-      {{defects.missing, "missing samples"},
-       {defects.gaps, "gaps"},
-       {defects.bad_frames, "bad frames"},
-       {defects.not_finite, "samples without a number"},
-       {defects.out_of_range, "out of range"},
-       {defects.clipped, "clipped"},
-       {defects.not_increasing, "rows out of order, left out"},
-       {defects.battery_low, "with the battery low"}}};
-  std::string text;
-  for (const auto& [count, what] : counts) {
-    if (count > 0) { append_part(text, std::to_string(count) + " " + what); }
-  }
-  return text.empty() ? "nothing" : text;
-}
-
-namespace {
 
 Badge badge_of(Status status) { return {status, std::string(verdict_word(status))}; }
 
@@ -155,7 +239,6 @@ std::string why_of(const FeatureComparison& one) {
          (one.below_uncertainty ? "; error below u_val" : "");
 }
 
-/// Table of features: both values, allowed interval, verdict and tolerance.
 LabelledTable features_table(const std::vector<FeatureComparison>& features) {
   LabelledTable table{.columns = {"feature", "verdict", "recorded", "simulated", "error", "± U",
                                   "allowed", "tolerance"},
@@ -184,7 +267,6 @@ std::string agreed_of(const GroupSummary& group) {
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
 }
 
-/// Table of groups: counts and corridor.
 LabelledTable groups_table(const ComparisonReport& report) {
   LabelledTable table{.columns = {"group", "verdict", "subjects", "subjects who agree (95 %)",
                                   "recordings", "of them measured", "agree", "differ",
@@ -210,7 +292,6 @@ std::string outcome_of(const Comparison& one) {
          " simulated";
 }
 
-/// Table of recordings: properties and verdict.
 PagePart recordings_part(const ComparisonReport& report) {
   LabelledTable table{.columns = {"recording", "verdict", "kind", "group", "subject", "technique",
                                   "length", "outcome", "source"}};
@@ -229,20 +310,16 @@ PagePart recordings_part(const ComparisonReport& report) {
                           outcome_of(one), or_not_said(recording.source)});
   }
   constexpr std::size_t many = 6;
-  if (table.rows.size() < many) { return table; }
-  return Section{.kind = Section::Kind::folded,
-                 .heading = std::to_string(table.rows.size()) + " recordings",
-                 .parts = {std::move(table)}};
+  const std::size_t rows = table.rows.size();
+  return folded_if(rows >= many, std::to_string(rows) + " recordings", std::move(table));
 }
 
-/// Table of features over the subjects of a group: mean, SD, interval, simulated value.
 Table subjects_table(const GroupSummary& group) {
-  Table table{
-      .title = "Features over the subjects of " + name_of_group(group.group),
-      .caption =
-          "Several recordings of one subject count as their mean. Intervals of the mean: "
-          "percentile bootstrap, seeded; of few subjects they are too narrow.",
-      .columns = {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"}};
+  Table table =
+      make_table("", "Features over the subjects of " + name_of_group(group.group),
+                 "Several recordings of one subject count as their mean. Intervals of the mean: "
+                 "percentile bootstrap, seeded; of few subjects they are too narrow.",
+                 {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"});
   for (const FeatureSummary& one : group.features) {
     const auto value = [&](double number) { return shown(one.feature, number, one.unit); };
     const bool event = one.feature == Feature::loss_of_resistance;
@@ -256,17 +333,14 @@ Table subjects_table(const GroupSummary& group) {
   return table;
 }
 
-/// Table of ISO 18571 with its parts, Sprague-Geers and RMSE for every compared recording.
 Table ratings_table(const ComparisonReport& report) {
   const FieldUnit unit = field_unit(unit_of(report.options.comparison.quantity));
-  Table table{
-      .title = "Ratings and distances of whole traces",
-      .caption =
-          "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + "
-          "slope), of the filtered traces; E at the features, with u_val, is in their tables.",
-      .columns = {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope",
-                  "R unfiltered", "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")",
-                  "NRMSE"}};
+  Table table = make_table(
+      "", "Ratings and distances of whole traces",
+      "They explain and never judge. ISO/TS 18571: R = 0.4 Z + 0.2 (phase + magnitude + "
+      "slope), of the filtered traces; E at the features, with u_val, is in their tables.",
+      {"recording", "ISO R", "grade", "corridor Z", "phase", "magnitude", "slope", "R unfiltered",
+       "Sprague-Geers M", "P", "C", "RMSE (" + unit.name + ")", "NRMSE"});
   for (const Comparison& one : report.found.recordings) {
     if (one.outcome.status == Status::error) { continue; }
     const IsoRating rating = one.rating.value_or(IsoRating{.corridor = not_measured,
@@ -286,9 +360,9 @@ Table ratings_table(const ComparisonReport& report) {
 }
 
 Table defects_table(const ComparisonReport& report) {
-  Table table{.title = "What was found wrong with the recordings",
-              .caption = "Nothing of it was mended: a gap stays a gap, and no figure counts it.",
-              .columns = {"recording", "samples", "found", "warnings"}};
+  Table table = make_table("", "What was found wrong with the recordings",
+                           "Nothing of it was mended: a gap stays a gap, and no figure counts it.",
+                           {"recording", "samples", "found", "warnings"});
   for (const RecordingFile& one : report.recordings) {
     std::string warnings;
     for (const std::string& warning : one.input.warnings) {
@@ -303,9 +377,9 @@ Table defects_table(const ComparisonReport& report) {
 }
 
 Table tolerances_table(const ComparisonReport& report) {
-  Table table{.title = "Tolerances in force",
-              .caption = "Of a recorded value; --tolerance replaces them.",
-              .columns = {"feature", "allowed", "where it comes from"}};
+  Table table =
+      make_table("", "Tolerances in force", "Of a recorded value; --tolerance replaces them.",
+                 {"feature", "allowed", "where it comes from"});
   const QuantityKind quantity = report.options.comparison.quantity;
   for (std::size_t n = 0; n < feature_count; ++n) {
     const auto feature = static_cast<Feature>(n);
@@ -317,10 +391,10 @@ Table tolerances_table(const ComparisonReport& report) {
 }
 
 Table credibility_table(const ComparisonReport& report) {
-  Table table{
-      .title = "Credibility factors after ASME V&V 40-2018",
-      .caption = "What would be enough, and what there is. Nothing that was not shown is counted.",
-      .columns = {"activity", "factor", "goal", "shown", "evidence"}};
+  Table table =
+      make_table("", "Credibility factors after ASME V&V 40-2018",
+                 "What would be enough, and what there is. Nothing that was not shown is counted.",
+                 {"activity", "factor", "goal", "shown", "evidence"});
   for (const CredibilityFactor& factor : report.credibility) {
     table.rows.push_back({factor.activity, factor.factor, factor.goal,
                           std::string(comparison::name_of(factor.shown)), factor.evidence});
@@ -406,13 +480,8 @@ Section recording_section(const ComparisonReport& report, std::size_t n) {
   if (recording.depth.empty()) {
     parts.emplace_back(Paragraph{"Depth was not recorded, so nothing is shown over depth."});
   }
-  if (report.recordings.size() <= few_recordings) {
-    parts.emplace_back(features_table(one.features));
-  } else {
-    parts.emplace_back(Section{.kind = Section::Kind::folded,
-                               .heading = "features, tolerances and verdicts",
-                               .parts = {features_table(one.features)}});
-  }
+  parts.push_back(folded_if(report.recordings.size() > few_recordings,
+                            "features, tolerances and verdicts", features_table(one.features)));
   return section;
 }
 
@@ -421,12 +490,8 @@ void add_reasons(const ComparisonReport& report, std::vector<PagePart>& parts) {
   constexpr std::size_t many = 8;
   const std::vector<std::string>& reasons = report.found.outcome.reasons;
   if (reasons.size() < 2) { return; }
-  PagePart notes = Notes{reasons};
-  if (reasons.size() >= many) {
-    notes = Section{.kind = Section::Kind::folded,
-                    .heading = std::to_string(reasons.size()) + " reasons",
-                    .parts = {Notes{reasons}}};
-  }
+  PagePart notes = folded_if(reasons.size() >= many, std::to_string(reasons.size()) + " reasons",
+                             Notes{reasons});
   parts.emplace_back(Section{.heading = "Why", .parts = {std::move(notes)}});
 }
 
@@ -509,11 +574,275 @@ std::vector<Fact> provenance_facts(const ComparisonReport& report) {
   return facts;
 }
 
+using Json = nlohmann::ordered_json;
+
+/// Writes the attributes or the defects of a recording into an object.
+struct FieldWriter {
+  Json& json;
+  template <class Value, class Words>
+  void word(const char* name, Value value, const Words& /*words*/) {
+    json[name] = io::word_of(value);
+  }
+  void text(const char* name, const std::string& value) { json[name] = value; }
+  void number(const char* name, double value) { json[name] = json_number(value); }
+  void number(const char* name, const std::optional<double>& value) {
+    json[name] = json_value(value);
+  }
+  void count(const char* name, std::size_t value) { json[name] = value; }
+};
+
+Json feature_json(const FeatureComparison& one) {
+  const Tolerance& tolerance = one.tolerance;
+  return object("name", name_of(one.feature), "unit", one.quantity.unit, "recorded",
+                one.recorded.value, "simulated", one.simulated.value, "error", one.error, "lower",
+                one.quantity.lower, "upper", one.quantity.upper, "tolerance",
+                object("absolute", tolerance.absolute, "relative", tolerance.relative, "factor",
+                       tolerance.factor, "origin", tolerance.origin),
+                "u_num", one.uncertainty.numerical, "u_input", one.uncertainty.input, "u_data",
+                one.uncertainty.data, "u_val", one.uncertainty.total(), "expanded_uncertainty",
+                one.quantity.uncertainty, "below_uncertainty", one.below_uncertainty, "verdict",
+                verdict_word(one.status), "reason", one.reason);
+}
+
+Json rating_json(const std::optional<IsoRating>& rating) {
+  if (!rating) { return nullptr; }
+  return object("corridor", rating->corridor, "phase", rating->phase, "magnitude",
+                rating->magnitude, "slope", rating->slope, "overall", rating->overall, "grade",
+                grade_of(rating->overall), "shift_samples", rating->shift, "correlation",
+                rating->correlation, "note", rating->note);
+}
+
+/// Adds the results that exist only for a compared recording.
+void add_measures(Json& json, const Comparison& one) {
+  const Alignment& alignment = one.alignment;
+  const TraceErrors& errors = one.errors;
+  add_keys(
+      json, "alignment",
+      object("used", name_of(alignment.used), "how", alignment.how, "lag_s", alignment.lag,
+             "uncertainty_s", alignment.uncertainty, "times_are_judged", alignment.judges_times()),
+      "cutoff_hz", one.cutoff, "overlap_s", one.overlap, "features",
+      list_of(one.features, feature_json), "distances",
+      object("samples", errors.samples, "rmse", errors.rmse, "nrmse", errors.nrmse, "mean",
+             errors.mean, "sprague_geers_magnitude", errors.magnitude, "sprague_geers_phase",
+             errors.phase, "sprague_geers_combined", errors.combined),
+      "rating", rating_json(one.rating), "unfiltered_rating", rating_json(one.unfiltered_rating),
+      "rated_share", one.rated);
+}
+
+Json recording_json(const RecordingFile& input, const Comparison& one) {
+  const Recording& recording = input.input.recording;
+  Json json = object("file", input.file.filename().string(), "format", name_of(input.input.format),
+                     "fnv1a", input.hash);
+  FieldWriter writer{json};
+  io::for_each_attribute(recording, writer);
+  Json defects = Json::object();
+  FieldWriter defect_writer{defects};
+  io::for_each_defect(recording.defects, defect_writer);
+  add_keys(json, "samples", recording.time.size(), "defects", defects, "warnings",
+           input.input.warnings, "verdict", verdict_word(one.outcome.status), "reasons",
+           one.outcome.reasons);
+  if (one.outcome.status != Status::error) { add_measures(json, one); }
+  return json;
+}
+
+Json interval_json(const Interval& interval) { return {interval.lower, interval.upper}; }
+
+Json summary_json(const FeatureSummary& one) {
+  return object("name", name_of(one.feature), "unit", one.unit, "count", one.count, "mean",
+                one.mean, "standard_deviation", one.deviation, "mean_interval_95",
+                one.interval ? interval_json(*one.interval) : Json(nullptr), "simulated",
+                one.simulated);
+}
+
+Json corridor_json(const GroupSummary& group, const CorridorRule& rule) {
+  if (!group.corridor) { return object("refused", group.corridor_refusal); }
+  const CorridorCoverage& coverage = group.coverage;
+  return object("recordings", group.corridor->recordings, "subjects", group.corridor->subjects,
+                "half_width_sd", group.corridor->factor, "inside", coverage.inside, "least_inside",
+                rule.least_inside, "largest_excursion", coverage.largest_excursion,
+                "largest_excursion_at_s", coverage.excursion_time, "holds", coverage.holds);
+}
+
+Json group_json(const GroupSummary& group, const CorridorRule& rule) {
+  return object("group", group.group, "recordings", group.recordings, "subjects", group.subjects,
+                "measured", group.measured, "reconstructed", group.recordings - group.measured,
+                "agree", group.tally.passed, "not_distinguishable", group.tally.inconclusive,
+                "differ", group.tally.failed, "not_comparable", group.tally.errors,
+                "subjects_agree", group.subjects_agree, "agree_share", group.agree_share,
+                "agree_interval_95",
+                group.subjects > 0 ? interval_json(group.agree_interval) : Json(nullptr),
+                "features", list_of(group.features, summary_json), "means_judged",
+                list_of(group.means, feature_json), "corridor", corridor_json(group, rule),
+                "verdict", verdict_word(group.outcome.status), "reasons", group.outcome.reasons);
+}
+
+Json simulation_json(const ComparedSimulation& simulation) {
+  const std::vector<double>& time = simulation.trace.time;
+  return object(
+      "origin", simulation.origin == ComparedSimulation::Origin::scene ? "scene" : "trace", "file",
+      simulation.file.filename().string(), "fnv1a", simulation.hash, "title", simulation.title,
+      "duration_s", time.empty() ? Json(nullptr) : json_number(time.back() - time.front()),
+      "run_longer_s", simulation.run_longer, "failure", simulation.failure);
+}
+
+Json options_json(const GroupOptions& options) {
+  const ComparisonOptions& o = options.comparison;
+  const Uncertainties& u = o.uncertainties;
+  const LossRule& loss = o.features.loss;
+  return object("quantity", name_of(o.quantity), "alignment", name_of(o.alignment), "cutoff_hz",
+                o.cutoff, "grid_rate_hz", o.grid_rate, "least_overlap_s", o.least_overlap,
+                "loss_of_resistance",
+                object("least_drop", loss.least_drop, "hold_s", loss.hold, "settle_s", loss.settle,
+                       "longest_fall_s", loss.longest_fall, "unsteady", loss.unsteady, "least_peak",
+                       loss.least_peak),
+                "u_zero", o.quantity == QuantityKind::pressure ? u.transducer.zero : u.zero_force,
+                "u_gain", u.transducer.gain, "u_num", u.numerical, "u_input", u.input,
+                "coverage_factor", u.coverage_factor, "bootstrap_draws", options.bootstrap.draws,
+                "bootstrap_seed", options.bootstrap.seed);
+}
+
+Json credibility_json(const CredibilityFactor& factor) {
+  return object("activity", factor.activity, "factor", factor.factor, "goal", factor.goal, "shown",
+                name_of(factor.shown), "evidence", factor.evidence, "links", factor.links);
+}
+
+struct WrittenUnit {
+  std::string_view name;
+  std::string_view si;
+  double factor;
+};
+constexpr std::array written_units{WrittenUnit{"mmHg", "Pa", pascals_per_mmhg},
+                                   WrittenUnit{"kPa", "Pa", 1e3},
+                                   WrittenUnit{"Pa", "Pa", 1.0},
+                                   WrittenUnit{"mmHg/s", "Pa/s", pascals_per_mmhg},
+                                   WrittenUnit{"kPa/s", "Pa/s", 1e3},
+                                   WrittenUnit{"Pa/s", "Pa/s", 1.0},
+                                   WrittenUnit{"N", "N", 1.0},
+                                   WrittenUnit{"N/s", "N/s", 1.0},
+                                   WrittenUnit{"ms", "s", 1e-3},
+                                   WrittenUnit{"s", "s", 1.0},
+                                   WrittenUnit{"mm", "m", 1e-3},
+                                   WrittenUnit{"m", "m", 1.0}};
+
+constexpr const char* allowed_forms =
+    "must be such as peak=15%, plateau=7mmHg, slope_before=30%+5mmHg/s or drop_time=x2";
+
+Feature feature_named(const std::string& name, const std::string& text) {
+  if (name == comparison::name_of(Feature::loss_of_resistance)) {
+    throw InputError("--tolerance " + text + ": " + name + " is found or not, which has no width");
+  }
+  std::vector<std::string_view> known;
+  for (std::size_t n = 1; n < feature_count; ++n) {
+    known.push_back(comparison::name_of(static_cast<Feature>(n)));
+    if (known.back() == name) { return static_cast<Feature>(n); }
+  }
+  const std::string_view nearest = io::nearest_word(name, known);
+  throw InputError(
+      "--tolerance " + text + ": no feature with a width is called \"" + name + "\"; " +
+      (nearest.empty() ? std::string(allowed_forms) : "did you mean " + std::string(nearest)));
+}
+
+/// Splits a text into a number and the unit after it.
+struct Written {
+  double number = 0.0;
+  std::string unit{};
+};
+
+Written split(const std::string& part, const std::string& text) {
+  const std::size_t end = part.find_first_not_of("0123456789.eE-+");
+  Written written{.unit = end == std::string::npos ? "" : part.substr(end)};
+  const bool number = io::parse_number(part.substr(0, end), written.number);
+  if (!number || !std::isfinite(written.number) || written.number < 0.0) {
+    throw InputError("--tolerance " + text + ": \"" + part + "\"; " + allowed_forms);
+  }
+  return written;
+}
+
+void add_width(const Written& written, const std::string& text, QuantityKind quantity,
+               Tolerance& tolerance) {
+  if (written.unit == "%") {
+    tolerance.relative += 0.01 * written.number;
+    return;
+  }
+  const std::string si = comparison::unit_of(tolerance.feature, unit_of(quantity));
+  const auto unit = std::ranges::find_if(written_units, [&](const WrittenUnit& one) {
+    return one.name == written.unit && one.si == si;
+  });
+  const bool bare = written.unit.empty() && si == "1";
+  if (!bare && unit == written_units.end()) {
+    throw InputError("--tolerance " + text + ": unit \"" + written.unit +
+                     "\"; must be % or a unit of " + si);
+  }
+  tolerance.absolute += written.number * (bare ? 1.0 : unit->factor);
+}
+
 }  // namespace
 
+std::string tally_of(const ComparisonReport& report) {
+  std::string text;
+  const auto add = [&](Status status, const char* one, const char* many) {
+    const std::size_t count = count_of(report, status);
+    if (count > 0) { append_part(text, counted(count, one, many)); }
+  };
+  add(Status::pass, "agrees", "agree");
+  add(Status::inconclusive, "is not distinguishable", "are not distinguishable");
+  add(Status::fail, "differs", "differ");
+  add(Status::error, "cannot be compared", "cannot be compared");
+  return text;
+}
+
+bool holds(const ComparisonReport& report) {
+  return report.found.outcome.status == Status::pass && count_of(report, Status::error) == 0;
+}
+
+std::string verdict_text(const ComparisonReport& report) {
+  std::string text = capitalised(std::string(verdict_word(report.found.outcome.status)));
+  const std::size_t left_out = count_of(report, Status::error);
+  if (left_out > 0 && report.found.outcome.status != Status::error) {
+    text += ", but " + counted(left_out, "recording", "recordings") + " cannot be compared";
+  }
+  return text;
+}
+
+std::string verdict_sentence(const ComparisonReport& report) {
+  if (!report.simulation.failure.empty()) {
+    return "The simulation " + report.simulation.failure + ".";
+  }
+  std::string sentence = "The simulated " +
+                         std::string(name_of(report.options.comparison.quantity)) +
+                         " was judged against " + kinds_of(report);
+  if (report.found.outcome.status == Status::pass) {
+    sentence += ". Every feature that can be judged lies within its tolerance.";
+  } else {
+    sentence += report.found.outcome.reasons.empty()
+                    ? "."
+                    : ": " + report.found.outcome.reasons.front() + ".";
+  }
+  if (reconstructed_count(report) > 0) {
+    sentence += " What was reconstructed is no evidence about patients.";
+  }
+  return sentence;
+}
+
+std::string shown(const RecordingDefects& defects) {
+  const std::array<std::pair<std::size_t, const char*>, 8> counts{
+      {{defects.missing, "missing samples"},
+       {defects.gaps, "gaps"},
+       {defects.bad_frames, "bad frames"},
+       {defects.not_finite, "samples without a number"},
+       {defects.out_of_range, "out of range"},
+       {defects.clipped, "clipped"},
+       {defects.not_increasing, "rows out of order, left out"},
+       {defects.battery_low, "with the battery low"}}};
+  std::string text;
+  for (const auto& [count, what] : counts) {
+    if (count > 0) { append_part(text, std::to_string(count) + " " + what); }
+  }
+  return text.empty() ? "nothing" : text;
+}
+
 std::string to_html(const ComparisonReport& report) {
-  const std::string version =
-      report.provenance.contains("version") ? report.provenance.at("version") : "";
+  const std::string version = entry(report.provenance, "version");
   Page page{.banner = {.title = "Recorded and simulated insertion",
                        .small_print = {report.command, version.empty() ? "" : "version " + version},
                        .status = holds(report) ? Status::pass : Status::fail,
@@ -536,6 +865,110 @@ std::string to_html(const ComparisonReport& report) {
   add_section("How it was judged", {rule_facts(report), tolerances_table(report)});
   add_section("What was shown, and what was not", {credibility_table(report)});
   return render(page);
+}
+
+std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_t recording) {
+  std::vector<Figure> figures;
+  const bool both_have_depth = !report.recordings[recording].input.recording.depth.empty() &&
+                               report.simulation.trace.find("tool.depth_m") != nullptr;
+  for (const Over over : {Over::time, Over::depth}) {
+    if (over == Over::depth && !both_have_depth) { continue; }
+    figures.push_back(pressure_figure(report, recording, over));
+    figures.push_back(force_figure(report, recording, over));
+  }
+  figures.push_back(residual_figure(report, recording));
+  return figures;
+}
+
+std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t index) {
+  const GroupSummary& group = report.found.groups[index];
+  if (!group.corridor) { return {}; }
+  const FieldUnit unit = unit_of_report(report);
+  const Samples& mean = group.corridor->mean;
+  const std::string what(comparison::name_of(report.options.comparison.quantity));
+  const Trace& trace = report.simulation.trace;
+  const std::string number = std::to_string(index);
+  Figure corridor =
+      figure_over(trace, Over::time, "corridor-" + number,
+                  "Corridor of " + (group.group.empty() ? "the subjects" : group.group),
+                  corridor_words(group) + "; all filtered, on the simulation's clock." +
+                      honesty_of_group(group),
+                  label_of(what, unit.name));
+  const Series simulated{.label = "simulated",
+                         .x = times_of(group.simulated),
+                         .y = scaled(group.simulated.value, unit.factor)};
+  corridor.series = {corridor_band(*group.corridor, mean.value, unit.factor),
+                     {.label = "mean of the subjects",
+                      .style = Series::Style::dashed,
+                      .x = times_of(mean),
+                      .y = scaled(mean.value, unit.factor)},
+                     simulated};
+  Figure residual =
+      figure_over(trace, Over::time, "corridor-residual-" + number, "Residual against the mean",
+                  "Simulated less the mean of the subjects, within the same corridor." +
+                      honesty_of_group(group),
+                  label_of("simulated - mean", unit.name));
+  const std::vector<double> zero(mean.size(), 0.0);
+  residual.series = {
+      corridor_band(*group.corridor, zero, unit.factor),
+      {.label = "residual", .x = simulated.x, .y = difference(group.simulated, mean, unit.factor)}};
+  return {corridor, residual};
+}
+
+std::string to_json(const ComparisonReport& report) {
+  Json recordings = Json::array();
+  for (std::size_t n = 0; n < report.recordings.size(); ++n) {
+    recordings.push_back(recording_json(report.recordings[n], report.found.recordings.at(n)));
+  }
+  const QuantityKind quantity = report.options.comparison.quantity;
+  const auto of_group = [&](const GroupSummary& group) {
+    return group_json(group, report.options.corridor);
+  };
+  return json_text(object("schema", 1, "verdict", verdict_word(report.found.outcome.status),
+                          "holds", holds(report), "sentence", verdict_sentence(report), "reasons",
+                          report.found.outcome.reasons, "quantity", name_of(quantity), "unit",
+                          unit_of(quantity), "simulation", simulation_json(report.simulation),
+                          "options", options_json(report.options), "recordings", recordings,
+                          "groups", list_of(report.found.groups, of_group), "credibility",
+                          list_of(report.credibility, credibility_json), "command", report.command,
+                          "provenance", report.provenance));
+}
+
+Tolerance tolerance_from(const std::string& text, QuantityKind quantity) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals + 1 == text.size()) {
+    throw InputError("--tolerance " + text + "; " + allowed_forms);
+  }
+  Tolerance tolerance{.feature = feature_named(text.substr(0, equals), text),
+                      .origin = "the command line"};
+  std::string rest = text.substr(equals + 1);
+  if (rest.front() == 'x') {
+    tolerance.factor = split(rest.substr(1), text).number;
+    if (tolerance.factor > 1.0 && split(rest.substr(1), text).unit.empty()) { return tolerance; }
+    throw InputError("--tolerance " + text + "; a factor must be a number > 1");
+  }
+  while (!rest.empty()) {
+    const std::size_t plus = std::min(rest.find('+'), rest.size());
+    add_width(split(rest.substr(0, plus), text), text, quantity, tolerance);
+    rest.erase(0, std::min(plus + 1, rest.size()));
+  }
+  return tolerance;
+}
+
+std::string tolerance_help(QuantityKind quantity) {
+  std::string help;
+  for (const Tolerance& one : default_tolerances(quantity)) {
+    if (one.feature == Feature::loss_of_resistance) { continue; }
+    const FieldUnit field = field_unit(comparison::unit_of(one.feature, unit_of(quantity)));
+    std::string value = one.factor > 1.0 ? "x" + plain_number(one.factor) : "";
+    if (one.relative > 0.0) { value = plain_number(100.0 * one.relative, 3) + "%"; }
+    if (one.absolute > 0.0) {
+      value += (value.empty() ? "" : "+") + plain_number(field.factor * one.absolute, 3) +
+               (field.name == "1" ? "" : field.name);
+    }
+    help += "  " + std::string(comparison::name_of(one.feature)) + "=" + value + "\n";
+  }
+  return help;
 }
 
 }  // namespace palpate

@@ -41,13 +41,8 @@ bool holds(const ComparisonReport& report);
 
 std::string to_html(const ComparisonReport& report);
 
-// Text about a whole comparison.
-
 /// Counts of recordings by verdict: "1 differs", "4 agree, 1 cannot be compared".
 std::string tally_of(const ComparisonReport& report);
-
-/// Counts of subjects and recordings: "5 subjects", "5 subjects (10 recordings)".
-std::string subjects_of(const comparison::SubjectCorridor& corridor);
 
 /// Verdict as a title with a capital letter, and as one sentence with its basis.
 std::string verdict_text(const ComparisonReport& report);
@@ -57,14 +52,9 @@ std::string verdict_sentence(const ComparisonReport& report);
 /// none.
 std::string shown(const RecordingDefects& defects);
 
-// Figures of recorded and simulated traces over time and depth, and of their difference.
-
 /// Figures of one comparable recording: pressure and force, if recorded or simulated, over time and
 /// over depth, and the residual. The time axis is the simulation time.
 std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_t recording);
-
-/// Figure of the compared quantity over time.
-Figure overlay_figure(const ComparisonReport& report, std::size_t recording);
 
 /// Figures of a group: the corridor with the simulated trace, and the difference of the trace from
 /// the mean. Empty if the group has no corridor.
@@ -73,5 +63,13 @@ std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t gr
 // comparison.json (docs/formats.md).
 
 std::string to_json(const ComparisonReport& report);
+
+/// Parses a tolerance: "peak=15%", "plateau=7mmHg", "slope_before=30%+5mmHg/s", "drop_time=x2",
+/// "relative_drop=0.2". The value is a fraction of the recorded value, a width with unit (SI if
+/// none), their sum, or a factor. Throws InputError.
+comparison::Tolerance tolerance_from(const std::string& text, comparison::QuantityKind quantity);
+
+/// Default tolerances of all features, one per line in the same syntax: "peak=10.2%".
+std::string tolerance_help(comparison::QuantityKind quantity);
 
 }  // namespace palpate

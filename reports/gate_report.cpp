@@ -12,7 +12,6 @@
 #include "validation/gate/change.hpp"
 
 namespace palpate {
-
 namespace {
 
 using gate::CaseChanges;
@@ -81,45 +80,6 @@ Table changes_table(const gate::GateResult& result, bool all) {
   return table;
 }
 
-}  // namespace
-
-std::string verdict_text(const gate::GateResult& result) {
-  const std::string of = " of " + std::to_string(result.cases.size()) + " cases ";
-  if (result.holds()) { return "PASS: none" + of + "became worse"; }
-  if (result.counts().failed == 0) { return "FAIL: " + result.faults.front(); }
-  return "FAIL: " + std::to_string(result.counts().failed) + of + "regressed";
-}
-
-std::string verdict_sentence(const gate::GateResult& result) {
-  const gate::ChangeCounts sum = result.counts();
-  std::string text = std::to_string(sum.identical) + " identical to the last bit, " +
-                     std::to_string(sum.unchanged) + " within rounding or what is allowed, " +
-                     std::to_string(sum.better) + " better, " + std::to_string(sum.failed) +
-                     " regressed";
-  return sum.better > 0 ? text + "; `palpate approve` keeps what is better" : text;
-}
-
-std::string changes_text(const gate::GateResult& result) {
-  std::vector<std::vector<std::string>> rows = rows_of(result, false);
-  if (rows.empty()) { return {}; }
-  rows.insert(rows.begin(), std::vector<std::string>(heads.begin(), heads.end()));
-  std::array<std::size_t, heads.size()> width{};
-  for (const auto& row : rows) {
-    for (std::size_t n = 0; n < heads.size(); ++n) { width[n] = std::max(width[n], row[n].size()); }
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t n = 0; n < heads.size(); ++n) {
-      line += row[n] + std::string(width[n] - row[n].size() + 2, ' ');
-    }
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  }
-  return text;
-}
-
-namespace {
-
 using Json = nlohmann::ordered_json;
 
 Json change_json(const gate::Change& change) {
@@ -133,30 +93,6 @@ Json changes_json(const gate::CaseChanges& one) {
                 name_of(one.outcome.status), "identical", one.identical, "better", one.better(),
                 "changes", list_of(one.changes, change_json));
 }
-
-}  // namespace
-
-std::string to_json(const GateReport& report) {
-  const gate::ChangeCounts sum = report.result.counts();
-  Json approved = nullptr;
-  if (!report.baseline.ledger.empty()) {
-    const gate::Approval& last = report.baseline.ledger.back();
-    approved = object("date", last.date, "commit", last.commit, "reason", last.reason);
-  }
-  return json_text(object("schema", 1, "verdict", report.result.holds() ? "pass" : "fail", "reason",
-                          verdict_text(report.result), "results", report.results, "baseline",
-                          report.baseline_file, "approved", approved, "identical", sum.identical,
-                          "unchanged", sum.unchanged, "better", sum.better, "failed", sum.failed,
-                          "faults", report.result.faults, "provenance",
-                          object("before", report.baseline.provenance, "now", report.provenance),
-                          "cases", list_of(report.result.cases, changes_json)));
-}
-
-std::string to_junit(const GateReport& report) {
-  return to_junit({.title = "Palpate gate", .outcomes = report.result.outcomes()});
-}
-
-namespace {
 
 constexpr std::size_t most_drawn = 40;  ///< more series in one picture would not be readable
 
@@ -172,7 +108,6 @@ Series tube_of(const Figure& before, std::size_t series) {
   return band;
 }
 
-/// Figure of the accepted and the new curve.
 Figure overlay(const std::string& case_name, const Figure& before, const Figure* now,
                std::size_t series) {
   Figure figure{.id = before.id + "-" + std::to_string(series),
@@ -243,22 +178,17 @@ void add_curves(const GateReport& report, std::vector<PagePart>& parts) {
 
 /// Provenance of both builds side by side, to show a change of the compiler or the flags.
 Table provenance_table(const GateReport& report) {
-  Table table{.id = "provenance", .title = "Builds", .columns = {"", "accepted", "now"}};
-  const auto value = [](const auto& map, const std::string& key) {
-    const auto found = map.find(key);
-    return found == map.end() ? std::string() : found->second;
-  };
+  Table table = make_table("provenance", "Builds", "", {"", "accepted", "now"});
   for (const char* key : {"commit", "version", "compiler", "flags", "processor", "date"}) {
     table.rows.push_back(
-        {std::string(key), value(report.baseline.provenance, key), value(report.provenance, key)});
+        {std::string(key), entry(report.baseline.provenance, key), entry(report.provenance, key)});
   }
   return table;
 }
 
 Table ledger_table(const gate::Baseline& baseline) {
-  Table table{.id = "ledger",
-              .title = "What was approved",
-              .columns = {"date", "commit", "cases", "reason"}};
+  Table table =
+      make_table("ledger", "What was approved", "", {"date", "commit", "cases", "reason"});
   for (auto entry = baseline.ledger.rbegin(); entry != baseline.ledger.rend(); ++entry) {
     table.rows.push_back(
         {entry->date, entry->commit, static_cast<double>(entry->cases.size()), entry->reason});
@@ -266,7 +196,6 @@ Table ledger_table(const gate::Baseline& baseline) {
   return table;
 }
 
-/// First rows of the table of changes.
 Table worst_table(const gate::GateResult& result) {
   constexpr std::size_t at_a_glance = 20;
   Table table = changes_table(result, false);
@@ -291,6 +220,61 @@ std::vector<Fact> rule_facts() {
 }
 
 }  // namespace
+
+std::string verdict_text(const gate::GateResult& result) {
+  const std::string of = " of " + std::to_string(result.cases.size()) + " cases ";
+  if (result.holds()) { return "PASS: none" + of + "became worse"; }
+  if (result.counts().failed == 0) { return "FAIL: " + result.faults.front(); }
+  return "FAIL: " + std::to_string(result.counts().failed) + of + "regressed";
+}
+
+std::string verdict_sentence(const gate::GateResult& result) {
+  const gate::ChangeCounts sum = result.counts();
+  std::string text = std::to_string(sum.identical) + " identical to the last bit, " +
+                     std::to_string(sum.unchanged) + " within rounding or what is allowed, " +
+                     std::to_string(sum.better) + " better, " + std::to_string(sum.failed) +
+                     " regressed";
+  return sum.better > 0 ? text + "; `palpate approve` keeps what is better" : text;
+}
+
+std::string changes_text(const gate::GateResult& result) {
+  std::vector<std::vector<std::string>> rows = rows_of(result, false);
+  if (rows.empty()) { return {}; }
+  rows.insert(rows.begin(), std::vector<std::string>(heads.begin(), heads.end()));
+  std::array<std::size_t, heads.size()> width{};
+  for (const auto& row : rows) {
+    for (std::size_t n = 0; n < heads.size(); ++n) { width[n] = std::max(width[n], row[n].size()); }
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t n = 0; n < heads.size(); ++n) {
+      line += row[n] + std::string(width[n] - row[n].size() + 2, ' ');
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
+}
+
+std::string to_json(const GateReport& report) {
+  const gate::ChangeCounts sum = report.result.counts();
+  Json approved = nullptr;
+  if (!report.baseline.ledger.empty()) {
+    const gate::Approval& last = report.baseline.ledger.back();
+    approved = object("date", last.date, "commit", last.commit, "reason", last.reason);
+  }
+  return json_text(object("schema", 1, "verdict", report.result.holds() ? "pass" : "fail", "reason",
+                          verdict_text(report.result), "results", report.results, "baseline",
+                          report.baseline_file, "approved", approved, "identical", sum.identical,
+                          "unchanged", sum.unchanged, "better", sum.better, "failed", sum.failed,
+                          "faults", report.result.faults, "provenance",
+                          object("before", report.baseline.provenance, "now", report.provenance),
+                          "cases", list_of(report.result.cases, changes_json)));
+}
+
+std::string to_junit(const GateReport& report) {
+  return to_junit({.title = "Palpate gate", .outcomes = report.result.outcomes()});
+}
 
 std::string to_html(const GateReport& report) {
   const auto& ledger = report.baseline.ledger;

@@ -8,9 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "html_templates.hpp"
 #include "report_assets.hpp"
@@ -19,17 +16,14 @@
 #include "model/tissue/voxel_tissue.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/html/html_template.hpp"
-#include "reports/plot/axis_range.hpp"
-#include "reports/plot/figure_look.hpp"
+#include "reports/plot/figure_layout.hpp"
 #include "reports/plot/figure_svg.hpp"
-#include "reports/plot/shown_units.hpp"
-#include "reports/plot/thinning.hpp"
 #include "reports/plot/trace_figures.hpp"
-#include "reports/view/view_page.hpp"
+#include "reports/results/results_json.hpp"
+#include "reports/view/view_encoding.hpp"
 #include "validation/outcome.hpp"
 
 namespace palpate {
-
 namespace {
 
 using Point = std::array<double, 2>;
@@ -72,6 +66,136 @@ Series circle(const std::string& label, double radius, Series::Style style) {
 
 /// The paper's figure for its device, Vaughan et al. [N].
 constexpr double stated_by_the_paper = 15.0;
+
+constexpr double cm3 = 1e6;
+
+std::string by(const Eigen::Vector3d& v, double scale, std::string_view unit) {
+  return short_number(scale * v.x(), 3) + " x " + short_number(scale * v.y(), 3) + " x " +
+         short_number(scale * v.z(), 3) + std::string(unit);
+}
+
+void add_image_facts(const ImageFacts& image, const NodeGrid& nodes, std::vector<Fact>& facts) {
+  facts.push_back({"image", image.format,
+                   std::to_string(image.pixels[0]) + " x " + std::to_string(image.pixels[1]) +
+                       " x " + std::to_string(image.pixels[2]) + " pixels of " +
+                       by(image.spacing, mm, " mm")});
+  facts.push_back(
+      {"nodes apart", by(nodes.spacing, mm, " mm"),
+       "across, across and along z; " + std::to_string(image.labelled_nodes) + " nodes by label"});
+  facts.push_back({"lookup", image.weighting,
+                   "intensities from " + short_number(image.range.x(), 4) + " (0) to " +
+                       short_number(image.range.y(), 4) + " (1)"});
+  const bool isotropic = (image.youngs_moduli.array() - 1.0).abs().maxCoeff() < 1e-6;
+  if (!isotropic) {
+    facts.push_back(
+        {"moduli of the grid", by(image.youngs_moduli, 1.0, " of E"),
+         "along x, y and z: springs that pull cannot make boxes of this shape isotropic"});
+  }
+}
+
+void add_body_facts(const BodyFacts& body, std::vector<Fact>& facts) {
+  facts.push_back({body.name, short_number(cm3 * body.voxel_volume, 4) + " cm3 of voxels",
+                   body.material + "; its surface holds " +
+                       short_number(cm3 * body.surface_volume, 4) + " cm3; " +
+                       std::to_string(body.parts) + (body.parts == 1 ? " part; " : " parts; ") +
+                       std::to_string(body.kept_cells) + " voxels kept"});
+}
+
+void add_layers(const Scene& scene, std::vector<Fact>& facts) {
+  const NeedlePath path = tool_path(scene, scene.tissue.voxels->network);
+  std::string layers;
+  for (const PathInterval& interval : path.intervals()) {
+    const std::string end =
+        std::isfinite(interval.end) ? short_number(mm * interval.end, 4) + " mm" : "the end";
+    layers += (layers.empty() ? "" : ", ") + interval.label + " to " + end;
+  }
+  facts.push_back({"layers on the needle's line", layers, "along it, from the skin"});
+}
+
+/// Image of the node plane through the tool, normal to y: x and z of the nodes [mm], brightness in
+/// row-major order.
+struct Slice {
+  std::vector<double> x{};
+  std::vector<double> z{};
+  std::vector<double> intensity{};
+};
+
+Slice slice_through(const VoxelTissue& tissue, double y) {
+  const NodeGrid& grid = tissue.nodes;
+  const double row = std::round((y - grid.first.y()) / grid.spacing.y());
+  const int j = static_cast<int>(std::clamp(row, 0.0, grid.count[1] - 1.0));
+  Slice slice;
+  for (int i = 0; i < grid.count[0]; ++i) { slice.x.push_back(mm * grid.place(i, j, 0).x()); }
+  for (int l = 0; l < grid.count[2]; ++l) {
+    slice.z.push_back(mm * grid.place(0, j, l).z());
+    for (int i = 0; i < grid.count[0]; ++i) {
+      slice.intensity.push_back(static_cast<double>(tissue.intensity[grid.index(i, j, l)]));
+    }
+  }
+  return slice;
+}
+
+Figure figure_of(const Slice& slice, const std::string& id, const std::string& title,
+                 const std::string& caption, const std::string& label, const auto& value) {
+  HeatMap map{.label = label, .x = slice.x, .y = slice.z};
+  std::ranges::transform(slice.intensity, std::back_inserter(map.z), value);
+  return {.id = id,
+          .title = title,
+          .caption = caption,
+          .x = {.label = "x (mm)"},
+          .y = {.label = "z, into the tissue (mm)"},
+          .heat_map = std::move(map),
+          .square = true};
+}
+
+std::set<std::size_t> rows_of(const Figure& figure) {
+  constexpr double columns = 2000.0;
+  std::set<std::size_t> rows;
+  for (const Series& series : figure.series) {
+    const double begin = series.x.front();
+    const double span = std::max(series.x.back() - begin, 1e-300);
+    const Projection project = [&](double x, double y) {
+      return Pixel{columns * (x - begin) / span, y};
+    };
+    for (const std::size_t row : thinned(series, project)) { rows.insert(row); }
+  }
+  return rows;
+}
+
+std::string data_of(const Figure& figure) {
+  constexpr int digits = 7;
+  std::string text = "[";
+  for (const std::size_t row : rows_of(figure)) {
+    text += (text.size() == 1 ? "[" : ",[") + plain_number(figure.series.front().x[row], 9);
+    for (const Series& series : figure.series) {
+      const bool finite = row < series.y.size() && std::isfinite(series.y[row]);
+      text += "," + (finite ? plain_number(series.y[row], digits) : "null");
+    }
+    text += "]";
+  }
+  return text + "]";
+}
+
+std::string plot_of(const Figure& figure) {
+  std::string labels = script_text(figure.x.label);
+  std::string colours;
+  for (const Series& series : figure.series) { labels += "," + script_text(series.label); }
+  for (const Look& look : looks_of(figure)) {
+    colours += (colours.empty() ? "" : ",") + std::to_string(look.colour);
+  }
+  return "plot('zoom-" + figure.id + "'," + data_of(figure) + ",[" + labels + "],[" + colours +
+         "]," + script_text(figure.y.label) + ");\n";
+}
+
+void add_notes(Page& page, const char* heading, const std::vector<std::string>& items) {
+  if (items.empty()) { return; }
+  page.parts.emplace_back(Section{.heading = heading, .parts = {Notes{items}}});
+}
+
+void add_figures(Page& page, const char* heading, const std::vector<Figure>& figures) {
+  if (figures.empty()) { return; }
+  page.parts.emplace_back(Section{.heading = heading, .parts = {exhibits_of(figures)}});
+}
 
 }  // namespace
 
@@ -168,92 +292,6 @@ std::vector<Fact> falcon_fact_list(const FalconFacts& facts) {
   return list;
 }
 
-namespace {
-
-constexpr double mm = 1e3;
-constexpr double cm3 = 1e6;
-
-std::string by(const Eigen::Vector3d& v, double scale, std::string_view unit) {
-  return short_number(scale * v.x(), 3) + " x " + short_number(scale * v.y(), 3) + " x " +
-         short_number(scale * v.z(), 3) + std::string(unit);
-}
-
-void add_image_facts(const ImageFacts& image, const NodeGrid& nodes, std::vector<Fact>& facts) {
-  facts.push_back({"image", image.format,
-                   std::to_string(image.pixels[0]) + " x " + std::to_string(image.pixels[1]) +
-                       " x " + std::to_string(image.pixels[2]) + " pixels of " +
-                       by(image.spacing, mm, " mm")});
-  facts.push_back(
-      {"nodes apart", by(nodes.spacing, mm, " mm"),
-       "across, across and along z; " + std::to_string(image.labelled_nodes) + " nodes by label"});
-  facts.push_back({"lookup", image.weighting,
-                   "intensities from " + short_number(image.range.x(), 4) + " (0) to " +
-                       short_number(image.range.y(), 4) + " (1)"});
-  const bool isotropic = (image.youngs_moduli.array() - 1.0).abs().maxCoeff() < 1e-6;
-  if (!isotropic) {
-    facts.push_back(
-        {"moduli of the grid", by(image.youngs_moduli, 1.0, " of E"),
-         "along x, y and z: springs that pull cannot make boxes of this shape isotropic"});
-  }
-}
-
-void add_body_facts(const BodyFacts& body, std::vector<Fact>& facts) {
-  facts.push_back({body.name, short_number(cm3 * body.voxel_volume, 4) + " cm3 of voxels",
-                   body.material + "; its surface holds " +
-                       short_number(cm3 * body.surface_volume, 4) + " cm3; " +
-                       std::to_string(body.parts) + (body.parts == 1 ? " part; " : " parts; ") +
-                       std::to_string(body.kept_cells) + " voxels kept"});
-}
-
-void add_layers(const Scene& scene, std::vector<Fact>& facts) {
-  const NeedlePath path(scene, scene.tissue.voxels->network);
-  std::string layers;
-  for (const PathInterval& interval : path.intervals()) {
-    const std::string end =
-        std::isfinite(interval.end) ? short_number(mm * interval.end, 4) + " mm" : "the end";
-    layers += (layers.empty() ? "" : ", ") + interval.label + " to " + end;
-  }
-  facts.push_back({"layers on the needle's line", layers, "along it, from the skin"});
-}
-
-/// Image of the node plane through the tool, normal to y: x and z of the nodes [mm], brightness in
-/// row-major order.
-struct Slice {
-  std::vector<double> x{};
-  std::vector<double> z{};
-  std::vector<double> intensity{};
-};
-
-Slice slice_through(const VoxelTissue& tissue, double y) {
-  const NodeGrid& grid = tissue.nodes;
-  const double row = std::round((y - grid.first.y()) / grid.spacing.y());
-  const int j = static_cast<int>(std::clamp(row, 0.0, grid.count[1] - 1.0));
-  Slice slice;
-  for (int i = 0; i < grid.count[0]; ++i) { slice.x.push_back(mm * grid.place(i, j, 0).x()); }
-  for (int l = 0; l < grid.count[2]; ++l) {
-    slice.z.push_back(mm * grid.place(0, j, l).z());
-    for (int i = 0; i < grid.count[0]; ++i) {
-      slice.intensity.push_back(static_cast<double>(tissue.intensity[grid.index(i, j, l)]));
-    }
-  }
-  return slice;
-}
-
-Figure figure_of(const Slice& slice, const std::string& id, const std::string& title,
-                 const std::string& caption, const std::string& label, const auto& value) {
-  HeatMap map{.label = label, .x = slice.x, .y = slice.z};
-  std::ranges::transform(slice.intensity, std::back_inserter(map.z), value);
-  return {.id = id,
-          .title = title,
-          .caption = caption,
-          .x = {.label = "x (mm)"},
-          .y = {.label = "z, into the tissue (mm)"},
-          .heat_map = std::move(map),
-          .square = true};
-}
-
-}  // namespace
-
 std::vector<Fact> patient_facts(const Scene& scene) {
   std::vector<Fact> facts;
   if (!scene.tissue.voxels) { return facts; }
@@ -294,65 +332,6 @@ std::vector<Figure> lookup_figures(const Scene& scene) {
   return figures;
 }
 
-// Interactive plots of long traces, drawn by dygraphs, which is embedded in the page.
-
-/// Script that draws the plots when the section is expanded. Series are reduced to the extremes of
-/// 2000 columns.
-std::string zoom_script(const std::vector<Figure>& figures);
-
-namespace {
-
-/// Writes text as a script literal that cannot end the script element.
-std::string script_text(const std::string& text) {
-  std::string literal =
-      nlohmann::json(text).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-  for (std::size_t at = literal.find('<'); at != std::string::npos; at = literal.find('<', at)) {
-    literal.replace(at, 1, "\\u003c");
-  }
-  return literal;
-}
-
-std::set<std::size_t> rows_of(const Figure& figure) {
-  constexpr double columns = 2000.0;
-  std::set<std::size_t> rows;
-  for (const Series& series : figure.series) {
-    const double begin = series.x.front();
-    const double span = std::max(series.x.back() - begin, 1e-300);
-    const Projection project = [&](double x, double y) {
-      return Pixel{columns * (x - begin) / span, y};
-    };
-    for (const std::size_t row : thinned(series, project)) { rows.insert(row); }
-  }
-  return rows;
-}
-
-std::string data_of(const Figure& figure) {
-  constexpr int digits = 7;
-  std::string text = "[";
-  for (const std::size_t row : rows_of(figure)) {
-    text += (text.size() == 1 ? "[" : ",[") + plain_number(figure.series.front().x[row], 9);
-    for (const Series& series : figure.series) {
-      const bool finite = row < series.y.size() && std::isfinite(series.y[row]);
-      text += "," + (finite ? plain_number(series.y[row], digits) : "null");
-    }
-    text += "]";
-  }
-  return text + "]";
-}
-
-std::string plot_of(const Figure& figure) {
-  std::string labels = script_text(figure.x.label);
-  std::string colours;
-  for (const Series& series : figure.series) { labels += "," + script_text(series.label); }
-  for (const Look& look : looks_of(figure)) {
-    colours += (colours.empty() ? "" : ",") + std::to_string(look.colour);
-  }
-  return "plot('zoom-" + figure.id + "'," + data_of(figure) + ",[" + labels + "],[" + colours +
-         "]," + script_text(figure.y.label) + ");\n";
-}
-
-}  // namespace
-
 /// Collapsed section with an element for each figure; all series of a figure have the same x.
 Markup zoom_section(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
@@ -363,6 +342,8 @@ Markup zoom_section(const std::vector<Figure>& figures) {
                                        std::string(assets::dygraph_css)))};
 }
 
+/// Script that draws the plots by dygraphs when the section is expanded. Series are reduced to the
+/// extremes of 2000 columns.
 std::string zoom_script(const std::vector<Figure>& figures) {
   if (figures.empty()) { return {}; }
   std::string script(assets::zoom_js);
@@ -370,20 +351,6 @@ std::string zoom_script(const std::vector<Figure>& figures) {
   for (const Figure& figure : figures) { script += plot_of(in_field_units(figure)); }
   return script + "});\n";
 }
-
-namespace {
-
-void add_notes(Page& page, const char* heading, const std::vector<std::string>& items) {
-  if (items.empty()) { return; }
-  page.parts.emplace_back(Section{.heading = heading, .parts = {Notes{items}}});
-}
-
-void add_figures(Page& page, const char* heading, const std::vector<Figure>& figures) {
-  if (figures.empty()) { return; }
-  page.parts.emplace_back(Section{.heading = heading, .parts = {exhibits_of(figures)}});
-}
-
-}  // namespace
 
 std::string to_html(const RunReport& report, const Trace& trace) {
   const std::vector<Figure> over_time = figures_over_time(trace);

@@ -23,8 +23,6 @@ Figure force_reach_figure(const FalconFacts& facts);
 
 std::vector<Fact> falcon_fact_list(const FalconFacts& facts);
 
-// Report of tissue that was read from patient data.
-
 /// Facts about the imported data and the layers along the needle path; empty for other tissues.
 std::vector<Fact> patient_facts(const Scene& scene);
 

@@ -188,7 +188,6 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder) 
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
-/// The scene with every parameter at its prior value.
 Scene scene_at_priors(const Scene& scene, const std::vector<Parameter>& parameters) {
   std::vector<double> values;
   for (const Parameter& each : parameters) { values.push_back(each.prior); }

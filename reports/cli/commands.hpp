@@ -68,7 +68,6 @@ void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path&
 
 // Emulated devices on a pseudo-terminal or on standard input and output.
 
-/// Adds --pty.
 void add_terminal(CLI::App& command, bool& pty);
 
 /// Opens a pseudo-terminal and prints its path.

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,7 +16,6 @@
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/provenance.hpp"
-#include "reports/cli/tolerance_text.hpp"
 #include "reports/comparison_report.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/results/results_folder.hpp"
@@ -34,7 +32,7 @@ struct CompareOptions : CommonOptions {
   std::string quantity = "pressure";
   std::string alignment = "automatic";
   double cutoff = 20.0;                   ///< cut-off frequency [Hz]; 0: no filter
-  std::vector<std::string> tolerances{};  ///< syntax in tolerance_text.hpp
+  std::vector<std::string> tolerances{};  ///< syntax of tolerance_from()
   double numerical_uncertainty = 0.0;     ///< u_num [1] of simulated values
   double input_uncertainty = 0.0;         ///< u_input [1] of simulated values
 };

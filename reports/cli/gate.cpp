@@ -61,6 +61,12 @@ std::vector<std::string> names_of(const std::vector<std::string>& patterns,
   return selected;
 }
 
+std::vector<std::string> names_in(const Results& results) {
+  std::vector<std::string> names;
+  for (const Outcome& one : results.outcomes) { names.push_back(one.name); }
+  return names;
+}
+
 GateReport judged(const GateOptions& options) {
   const gate::Baseline baseline = read_baseline(options.baseline);
   const Results results = read_judged(options.results);
@@ -91,25 +97,12 @@ int run_gate(const GateOptions& options) {
   return report.result.holds() ? done : fell_short;
 }
 
-/// Prints old value, new value and the bounds of every changed quantity.
-void show(const gate::Baseline& baseline, const gate::Baseline& updated) {
-  for (const std::string& line : gate::described_changes(baseline, updated)) {
-    std::printf("%s\n", line.c_str());
-  }
-}
-
 std::vector<std::vector<Outcome>> read_variants(const std::vector<std::filesystem::path>& folders) {
   std::vector<std::vector<Outcome>> variants;
   for (const std::filesystem::path& folder : folders) {
     variants.push_back(read_judged(folder).outcomes);
   }
   return variants;
-}
-
-std::vector<std::string> names_in(const Results& results) {
-  std::vector<std::string> names;
-  for (const Outcome& one : results.outcomes) { names.push_back(one.name); }
-  return names;
 }
 
 int run_approve(const ApproveOptions& options) {
@@ -127,7 +120,9 @@ int run_approve(const ApproveOptions& options) {
                                     .only = names_of(options.cases, names_in(results)),
                                     .variants = read_variants(options.spreads)};
   const gate::Baseline updated = gate::accept(old, acceptance);
-  if (!options.quiet) { show(old, updated); }
+  for (const std::string& line : gate::described_changes(old, updated)) {
+    if (!options.quiet) { std::printf("%s\n", line.c_str()); }
+  }
   write_baseline(options.baseline, updated);
   if (!options.quiet) {
     std::printf("%zu of %zu cases accepted; %s\n", updated.ledger.back().cases.size(),

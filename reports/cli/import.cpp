@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
+/// The commands `import` and `reconstruct`.
 
-#include <cmath>
 #include <cstdio>
 #include <iostream>
 
@@ -83,6 +83,24 @@ int run_import(const ImportOptions& options) {
   return done;
 }
 
+struct ReconstructOptions : CommonOptions {
+  std::filesystem::path table{};
+};
+
+int run_reconstruct(const ReconstructOptions& options) {
+  const std::vector<Recording> recordings =
+      reconstructed_recordings(io::read_published_values(options.table));
+  const std::filesystem::path folder = options.make_folder();
+  for (const Recording& recording : recordings) {
+    io::write_recording_hdf5(folder / (recording.name + ".h5"), recording);
+  }
+  if (!options.quiet) {
+    std::printf("%zu recordings, reconstructed from published summary values: %s\n",
+                recordings.size(), folder.c_str());
+  }
+  return done;
+}
+
 }  // namespace
 
 void add_import(Program& program) {
@@ -114,6 +132,18 @@ void add_import(Program& program) {
   command.footer(
       "Units: a column is named like pressure_mmHg, \"pressure (kPa)\" or \"t [s]\", or has its\n"
       "role from --column. Writes recording.h5 and recording.csv. docs/recordings.md shows how.");
+}
+
+void add_reconstruct(Program& program) {
+  const auto [command, options] =
+      add_command(program, "reconstruct", "recordings rebuilt from a table of published values",
+                  run_reconstruct);
+  add_value(command, "table", options.table, "TABLE",
+            "fixtures/clinical/published_values.csv, or one like it")
+      ->required();
+  command.footer(
+      "Writes one .h5 per recording into DIR. They are no measurements, and each says so\n"
+      "(fixtures/recordings/README.md).");
 }
 
 }  // namespace palpate::cli

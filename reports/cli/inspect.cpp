@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: MIT
 
-#include "reports/cli/inspect.hpp"
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 
 #include "model/problem/needle_path.hpp"
@@ -34,12 +30,9 @@ struct InspectOptions : CommonOptions {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double mm = 1e3;
-
 std::string with(double value, const char* unit) { return plain_number(value, 6) + " " + unit; }
 std::string millimetres(double value) { return with(mm * value, "mm"); }
 
-/// Word of a value in a scene file.
 template <class Value> std::string scene_word(Value value) {
   for (const auto& [word, candidate] : words(Value{})) {
     if (candidate == value) { return std::string(word); }
@@ -198,16 +191,20 @@ Json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
   return facts;
 }
 
+/// Text of a value; `none` represents null.
+std::string text_of(const Json& value, const char* none) {
+  if (value.is_null()) { return none; }
+  if (value.is_string()) { return value.get<std::string>(); }
+  if (value.is_number_float()) { return plain_number(value.get<double>(), 6); }
+  return value.dump();
+}
+
 /// Prints one key of "tool" per line, and the needle path as a table.
 void print_tool(const Json& tool) {
   std::printf("tool\n");
   for (const auto& [name, value] : tool.items()) {
     if (name == "line") { continue; }
-    const std::string text = value.is_string()         ? value.get<std::string>()
-                             : value.is_null()         ? "none"
-                             : value.is_number_float() ? plain_number(value.get<double>(), 6)
-                                                       : value.dump();
-    std::printf("  %-16s %s\n", name.c_str(), text.c_str());
+    std::printf("  %-16s %s\n", name.c_str(), text_of(value, "none").c_str());
   }
   if (tool.contains("line")) { print_line(tool["line"]); }
 }
@@ -288,13 +285,6 @@ Json facts_of(const LoadedScene& loaded) {
   return facts;
 }
 
-std::string text_of(const Json& value) {
-  if (value.is_null()) { return "no limit"; }
-  if (value.is_string()) { return value.get<std::string>(); }
-  if (value.is_number_float()) { return plain_number(value.get<double>(), 6); }
-  return value.dump();
-}
-
 void print(const Json& facts) {
   for (const auto& [name, value] : facts.items()) {
     if (name == "tool") {
@@ -307,11 +297,11 @@ void print(const Json& facts) {
       std::printf("%s\n", name.c_str());
       for (const auto& [key, item] : value.items()) {
         std::printf("  %s%s\n", value.is_object() ? (key + ": ").c_str() : "",
-                    text_of(item).c_str());
+                    text_of(item, "no limit").c_str());
       }
       continue;
     }
-    std::printf("%-28s %s\n", name.c_str(), text_of(value).c_str());
+    std::printf("%-28s %s\n", name.c_str(), text_of(value, "no limit").c_str());
   }
 }
 

@@ -3,6 +3,7 @@
 /// Scene file after reading and checking, with its simulation.
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "fixtures/io/scene_file.hpp"
@@ -34,5 +35,9 @@ RunControl run_control(bool quiet);
 
 /// Result of build_provenance(), extended with the scene text and the command line overrides.
 std::map<std::string, std::string> scene_provenance(const LoadedScene& loaded);
+
+/// Static compliance of the tissue at the tool [m/N]. Empty without a tool, for too many nodes and
+/// for tissue that can move freely.
+std::optional<double> tool_compliance(const Scene& scene, const NetworkProblem& problem);
 
 }  // namespace palpate::cli

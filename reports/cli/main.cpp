@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-#include <functional>
 #include <sstream>
 
 #include "model/kernels/instruction_set.hpp"

@@ -7,7 +7,7 @@
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/timing/callgrind.hpp"
+#include "reports/timing/child_process.hpp"
 #include "reports/timing/paired_runs.hpp"
 #include "validation/bench/bench_cases.hpp"
 #include "validation/certificate/scene_loop.hpp"
@@ -29,7 +29,6 @@ struct StepsOptions : CommonOptions {
   bool planted = false;     ///< `beside` computes one extra tick in twenty
 };
 
-/// Interface that computes ticks.
 struct Stepped {
   std::string kernel{};
   long before = 0;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The command `validate`, and the part that it shares with `bench`: runs cases on several threads.
-
-#include "reports/cli/validate.hpp"
+/// The commands `validate` and `bench`, which run cases on several threads, and `report`.
 
 #include <algorithm>
 #include <array>
@@ -26,14 +24,20 @@
 
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/network_csv.hpp"
+#include "fixtures/io/reference_store.hpp"
 #include "model/problem/input_error.hpp"
+#include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/folders.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/cli/provenance.hpp"
 #include "reports/results/baseline_file.hpp"
+#include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
+#include "reports/timing/child_process.hpp"
+#include "reports/timing/history.hpp"
+#include "reports/timing/paired_runs.hpp"
+#include "validation/bench/bench_cases.hpp"
 #include "validation/case.hpp"
 
 namespace palpate::build {
@@ -45,6 +49,32 @@ const char* code_hash();
 
 namespace palpate::cli {
 namespace {
+
+/// Options shared by validate and bench.
+struct ValidateOptions : CommonOptions {
+  std::vector<std::string> cases{};
+  bool list = false;
+  bool quick = false;
+  bool no_skip = false;
+  int jobs = 0;                   ///< parallel jobs; 0: one per core
+  std::uint64_t order = 0;        ///< seed of an alternative summation order; 0: default order
+  std::filesystem::path cache{};  ///< folder for references, judged cases and libraries; if empty,
+                                  ///< the user's cache folder
+  std::filesystem::path data{};   ///< networks outside the project; if empty, the default folders
+};
+
+/// Settings that differ between the two commands.
+struct Judging {
+  std::string title{};
+  std::vector<Case> cases{};
+  int jobs = 1;
+  /// Judges the complete results after all cases; may be empty.
+  std::function<Outcome(const Results&)> afterwards{};
+  bool keeps = false;  ///< if true, passed cases are not run again while their inputs are unchanged
+};
+
+/// Source folder that this program was built from. It contains the shipped scenes.
+std::filesystem::path source_folder() { return PALPATE_SOURCE_DIR; }
 
 struct RunnerResult {
   std::vector<Outcome> outcomes{};  ///< of the finished cases, in the order of `cases`
@@ -330,7 +360,63 @@ int exit_code(const std::vector<Outcome>& outcomes) {
   return machine_cannot;
 }
 
-}  // namespace
+io::ReferenceStore::Entry entry_of(const Trace& solution) {
+  io::ReferenceStore::Entry entry;
+  entry.matrices["time_s"] = Eigen::Map<const Eigen::VectorXd>(
+      solution.time.data(), static_cast<Eigen::Index>(solution.time.size()));
+  entry.matrices["position_m"] = solution.position;
+  entry.matrices["velocity_m_per_s"] = solution.velocity;
+  entry.texts["solver"] = solution.method;
+  entry.texts["version"] = solution.version;
+  entry.numbers["relative_tolerance"] = solution.relative_tolerance;
+  entry.numbers["steps"] = static_cast<double>(solution.steps);
+  entry.numbers["evaluations"] = static_cast<double>(solution.evaluations);
+  entry.numbers["seconds"] = solution.seconds;
+  return entry;
+}
+
+Trace solution_of(const io::ReferenceStore::Entry& entry) {
+  Trace solution;
+  const Eigen::MatrixXd& time = entry.matrices.at("time_s");
+  solution.time.assign(time.data(), time.data() + time.size());
+  solution.position = entry.matrices.at("position_m");
+  solution.velocity = entry.matrices.at("velocity_m_per_s");
+  solution.method = entry.texts.at("solver");
+  solution.version = entry.texts.at("version");
+  solution.relative_tolerance = entry.numbers.at("relative_tolerance");
+  solution.steps = static_cast<long>(entry.numbers.at("steps"));
+  solution.evaluations = static_cast<long>(entry.numbers.at("evaluations"));
+  solution.seconds = entry.numbers.at("seconds");
+  return solution;
+}
+
+std::filesystem::path default_cache_folder() {
+  if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder != '\0') {
+    return std::filesystem::path(folder) / "palpate";
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return std::filesystem::path(home) / ".cache" / "palpate";
+  }
+  return std::filesystem::temp_directory_path() / "palpate-cache";
+}
+
+reference::Cache cache_in(const std::filesystem::path& folder) {
+  const auto store = std::make_shared<io::ReferenceStore>(folder);
+  reference::Cache cache;
+  cache.load = [store](const std::string& key) -> std::optional<Trace> {
+    const auto entry = store->load(key);
+    if (!entry) { return std::nullopt; }
+    try {
+      return solution_of(*entry);
+    } catch (const std::out_of_range&) {
+      return std::nullopt;
+    }  // of an older format: treated as absent
+  };
+  cache.save = [store](const std::string& key, const Trace& solution) {
+    store->save(key, entry_of(solution));
+  };
+  return cache;
+}
 
 void add_cases(CLI::App& command, ValidateOptions& options, const char* help) {
   add_value(command, "cases", options.cases, "CASE", help);
@@ -377,8 +463,6 @@ int judge(const ValidateOptions& options, const Judging& what) {
   return exit_code(results.outcomes);
 }
 
-namespace {
-
 int run_validate(const ValidateOptions& options) {
   catch_interrupts();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -386,6 +470,75 @@ int run_validate(const ValidateOptions& options) {
                          .cases = all_cases(),
                          .jobs = options.jobs > 0 ? options.jobs : cores,
                          .keeps = true});
+}
+
+struct BenchOptions : ValidateOptions {
+  std::string against{};            ///< revision or step library, timed in pairs with this build
+  int self_test = 0;                ///< number of comparisons of this build with itself
+  std::filesystem::path history{};  ///< file with one line per run; empty: no history
+};
+
+/// Workloads with a lattice, a list of springs and a needle, which together cover most of the code.
+const std::vector<std::string> paired_scenes{"s26", "seven-layers", "epidural"};
+
+timing::PairedRuns runs_with(const std::filesystem::path& base) {
+  return {.base = base,
+          .head = timing::own_library(),
+          .scenes = source_folder() / "fixtures" / "scenes",
+          .stop = &interrupted};
+}
+
+int bench_against(const BenchOptions& options, Judging judging) {
+  const std::filesystem::path cache =
+      options.cache.empty() ? default_cache_folder() : options.cache;
+  const timing::PairedRuns runs =
+      runs_with(timing::library_of(options.against, source_folder(), cache, &interrupted));
+  judging.cases = bench::paired_cases(paired_scenes, timing::measurement_of(runs));
+  return judge(options, judging);
+}
+
+int bench_itself(const BenchOptions& options, Judging judging) {
+  const io::ScratchFolder folder;
+  const std::filesystem::path copy =
+      folder.path() / "base.so";  // the same file loaded twice gives one library only
+  std::filesystem::copy_file(timing::own_library(), copy);
+  judging.cases = bench::self_test_cases(paired_scenes, options.self_test,
+                                         timing::measurement_of(runs_with(copy)));
+  return judge(options, judging);
+}
+
+/// Reads the history first, so that a damaged file is rejected before any case runs.
+std::function<Outcome(const Results&)> keep_history(const std::filesystem::path& file) {
+  return [file, history = timing::read_history(file)](const Results& results) mutable {
+    history.push_back(timing::history_line_of(results));
+    timing::append_history(file, history.back());
+    return timing::history_outcome(history);
+  };
+}
+
+/// Runs cases one at a time, so that they do not disturb each other's timing.
+int run_bench(const BenchOptions& options) {
+  catch_interrupts();
+  Judging judging{.title = "Palpate benchmark", .jobs = 1};
+  if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
+  if (!options.against.empty()) { return bench_against(options, judging); }
+  if (options.self_test > 0) { return bench_itself(options, judging); }
+  judging.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
+  return judge(options, judging);
+}
+
+struct ReportOptions : CommonOptions {
+  std::filesystem::path results{};
+};
+
+int run_report(const ReportOptions& options) {
+  const Results results = read_results_folder(options.results);
+  const std::string page = to_html(results);
+  const std::filesystem::path folder =
+      options.out.empty() ? options.results : options.make_folder();
+  io::replace_file(folder / "report.html", page);
+  if (!options.quiet) { std::printf("%s\n", (folder / "report.html").string().c_str()); }
+  return done;
 }
 
 }  // namespace
@@ -403,6 +556,29 @@ void add_validate(Program& program) {
             "put nodes and springs in a random order with this seed, to show the effect of "
             "rounding (docs/gate.md)");
   add_value(command, "--data", options.data, "DIR", "folder of data outside the project");
+}
+
+void add_bench(Program& program) {
+  const auto [command, options] =
+      add_command(program, "bench", "run time against error, and the cost of a spring", run_bench);
+  add_cases(command, options, "benches or groups; all when none");
+  add_value(command, "--history", options.history, "FILE",
+            "append the results as a line of JSON, and test the recorded runs for slow drift");
+  CLI::Option* against =
+      add_value(command, "--against", options.against, "REV|FILE",
+                "time this build in pairs with that of a revision (scripts/build-base makes it), "
+                "or with a library");
+  add_value(command, "--self-test", options.self_test, "N",
+            "number of comparisons of this build with itself, and with itself slowed down by 5 %")
+      ->check(CLI::Range(1, 10000))
+      ->excludes(against);
+}
+
+void add_report(Program& program) {
+  const auto [command, options] =
+      add_command(program, "report", "render report.html again from a results folder", run_report);
+  add_value(command, "results", options.results, "RESULTS", "folder with results.json and traces/")
+      ->required();
 }
 
 }  // namespace palpate::cli

@@ -3,6 +3,7 @@
 #include "reports/html/html_page.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <functional>
 #include <utility>
 
@@ -10,11 +11,9 @@
 #include "report_assets.hpp"
 
 #include "reports/html/html_template.hpp"
-#include "reports/plot/figure_look.hpp"
 #include "reports/plot/figure_svg.hpp"
 
 namespace palpate {
-
 namespace {
 
 /// Length of the UTF-8 character at the start of the text [bytes]; 0 if it is invalid.
@@ -32,47 +31,6 @@ std::size_t character_length(std::string_view text) {
   }
   return length;
 }
-
-}  // namespace
-
-std::string escape_markup(std::string_view text) {
-  std::string out;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = character_length(text.substr(at));
-    const char c = text[at];
-    const bool control = static_cast<unsigned char>(c) < 32 && c != '\n' && c != '\t';
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
-      default: out += length == 0 ? "\ufffd" : control ? "?" : text.substr(at, length);
-    }
-    at += std::max<std::size_t>(length, 1);
-  }
-  return out;
-}
-
-std::string fill(std::string_view text, const Data& values) {
-  kainjow::mustache::mustache page{std::string(text)};
-  page.set_custom_escape([](const std::string& each) { return escape_markup(each); });
-  return page.render(values);
-}
-
-Data text_or_nothing(const std::string& text) { return text.empty() ? Data(false) : Data(text); }
-
-std::string html_badge(const Badge& badge) {
-  const std::string name(name_of(badge.status));
-  return fill(templates::parts, record("badge", record("colour", name, "text",
-                                                       badge.text.empty() ? name : badge.text)));
-}
-
-Section exhibits_of(const std::vector<Figure>& figures) {
-  return {.kind = Section::Kind::exhibits, .parts = {figures.begin(), figures.end()}};
-}
-
-namespace {
 
 /// Renders parts in order. The drawings are used in the order of the figures.
 class Renderer {
@@ -201,6 +159,55 @@ std::string colour_of(Status status) {
 }
 
 }  // namespace
+
+std::string escape_markup(std::string_view text) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = character_length(text.substr(at));
+    const char c = text[at];
+    const bool control = static_cast<unsigned char>(c) < 32 && c != '\n' && c != '\t';
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      case '\'': out += "&#39;"; break;
+      default: out += length == 0 ? "\ufffd" : control ? "?" : text.substr(at, length);
+    }
+    at += std::max<std::size_t>(length, 1);
+  }
+  return out;
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty()) {
+    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  }
+  return text;
+}
+
+std::string fill(std::string_view text, const Data& values) {
+  kainjow::mustache::mustache page{std::string(text)};
+  page.set_custom_escape([](const std::string& each) { return escape_markup(each); });
+  return page.render(values);
+}
+
+Data text_or_nothing(const std::string& text) { return text.empty() ? Data(false) : Data(text); }
+
+std::string html_badge(const Badge& badge) {
+  const std::string name(name_of(badge.status));
+  return fill(templates::parts, record("badge", record("colour", name, "text",
+                                                       badge.text.empty() ? name : badge.text)));
+}
+
+PagePart folded_if(bool folded, const std::string& heading, PagePart part) {
+  if (!folded) { return part; }
+  return Section{.kind = Section::Kind::folded, .heading = heading, .parts = {std::move(part)}};
+}
+
+Section exhibits_of(const std::vector<Figure>& figures) {
+  return {.kind = Section::Kind::exhibits, .parts = {figures.begin(), figures.end()}};
+}
 
 std::string render(const Page& page) {
   const Banner& banner = page.banner;

@@ -12,18 +12,29 @@
 
 namespace palpate {
 
+// Factors from SI units to displayed units.
+inline constexpr double mm = 1e3;  ///< [mm/m]
+inline constexpr double mj = 1e3;  ///< [mJ/J]
+inline constexpr double us = 1e6;  ///< [us/s]
+
 /// Escapes text for HTML, SVG and XML: & < > " ' are escaped, control characters that XML forbids
 /// become a question mark, and invalid UTF-8 becomes the replacement character.
 std::string escape_markup(std::string_view text);
 
-/// One entry of a list of facts.
+/// Number with its noun: "1 case", "2 cases".
+template <class Count>
+std::string counted(Count count, const std::string& one, const std::string& many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+std::string capitalised(std::string text);  ///< with a capital as its first letter
+
 struct Fact {
   std::string label{};
   std::string value{};
   std::string explanation{};  ///< may be empty
 };
 
-/// Status shown as a coloured label.
 struct Badge {
   Status status = Status::pass;
   std::string text{};  ///< displayed text; if empty, the name of the status
@@ -101,17 +112,17 @@ struct Page {
 /// call. Output is deterministic. Throws DrawingError.
 std::string render(const Page& page);
 
-/// HTML of a badge, for templates.
 std::string html_badge(const Badge& badge);
 
-/// Converts map entries to facts without explanation.
 template <class Map> std::vector<Fact> facts_of_map(const Map& entries) {
   std::vector<Fact> facts;
   for (const auto& [name, value] : entries) { facts.push_back({name, value, {}}); }
   return facts;
 }
 
-/// Section of kind `exhibits` with the given figures.
+/// Returns the part, below a heading that unfolds it if `folded` is true.
+PagePart folded_if(bool folded, const std::string& heading, PagePart part);
+
 Section exhibits_of(const std::vector<Figure>& figures);
 
 }  // namespace palpate

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: MIT
 
-#include "reports/html/results_page.hpp"
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <string>
 #include <tuple>
-#include <vector>
 
 #include "html_templates.hpp"
 #include "report_assets.hpp"
@@ -17,7 +13,6 @@
 #include "reports/results/results.hpp"
 
 namespace palpate {
-
 namespace {
 
 std::string unit_text(const std::string& unit) {
@@ -43,59 +38,6 @@ double share_of_upper(double value, double bound) {
   if (bound < 0.0) { return value < 0.0 ? bound / value : unbounded; }
   return value < 0.0 ? 0.0 : value > 0.0 ? unbounded : 1.0;
 }
-
-}  // namespace
-
-double share_of_bound(const Quantity& q) {
-  if (std::isnan(q.value)) { return unbounded; }
-  const bool above = std::isfinite(q.lower);
-  const bool below = std::isfinite(q.upper);
-  double share = std::isfinite(q.value) ? 0.0 : unbounded;
-  if (above && below) {
-    const double half = 0.5 * (q.upper - q.lower);
-    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower)) + q.uncertainty;
-    share = half > 0.0 ? away / half : unbounded;
-  } else if (below) {
-    share = share_of_upper(q.value + q.uncertainty, q.upper);
-  } else if (above) {
-    share = share_of_upper(q.uncertainty - q.value, -q.lower);
-  }
-  // Rounding must not make the displayed fraction contradict the verdict.
-  return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
-}
-
-const Quantity* tightest_quantity(const Outcome& outcome) {
-  const Quantity* tightest = nullptr;
-  const auto rank = [](const Quantity& q) {
-    return std::tuple(!q.holds(), std::isnan(q.value), !met_exactly(q), share_of_bound(q));
-  };
-  for (const Quantity& q : outcome.quantities) {
-    if (!q.judged()) { continue; }
-    if (tightest == nullptr || rank(q) > rank(*tightest)) { tightest = &q; }
-  }
-  return tightest;
-}
-
-std::string allowed_text(const Quantity& q) {
-  const bool above = std::isfinite(q.lower);
-  const bool below = std::isfinite(q.upper);
-  const std::string unit = unit_text(q.unit);
-  const int digits = digits_of(q);
-  const std::string upper = short_number(q.upper, digits) + unit;
-  if (above && below) {
-    if (q.lower == q.upper) { return "= " + upper; }
-    return short_number(q.lower, digits) + " to " + upper;
-  }
-  if (below) { return "≤ " + upper; }
-  return above ? "≥ " + short_number(q.lower, digits) + unit : "finite";
-}
-
-std::string measured_text(const Quantity& q) {
-  const std::string number = short_number(q.value, digits_of(q));
-  return std::isnan(q.value) ? number : number + unit_text(q.unit);
-}
-
-namespace {
 
 std::string share_text(const Quantity& q) {
   if (std::isnan(q.value)) { return "–"; }
@@ -126,9 +68,8 @@ std::string seconds_text(double seconds) {
 }
 
 Table cost_table(const Outcome& outcome) {
-  Table table{.title = "Cost on this machine",
-              .caption = "Measured once, and not judged here.",
-              .columns = {"what", "value", "unit"}};
+  Table table = make_table("", "Cost on this machine", "Measured once, and not judged here.",
+                           {"what", "value", "unit"});
   for (const Timing& timing : outcome.timings) {
     table.rows.push_back({timing.name, timing.value, timing.unit});
   }
@@ -152,11 +93,9 @@ std::string html_quantities(const Outcome& outcome) {
 PagePart quantities_part(const Outcome& outcome) {
   constexpr std::size_t few = 6;
   const bool failed = outcome.status == Status::fail || outcome.status == Status::inconclusive;
-  Markup table{html_quantities(outcome)};
-  if (outcome.quantities.size() <= few || failed) { return table; }
-  return Section{.kind = Section::Kind::folded,
-                 .heading = std::to_string(outcome.quantities.size()) + " quantities",
-                 .parts = {table}};
+  const std::size_t count = outcome.quantities.size();
+  return folded_if(count > few && !failed, std::to_string(count) + " quantities",
+                   Markup{html_quantities(outcome)});
 }
 
 Section case_section(const Outcome& outcome) {
@@ -179,15 +118,10 @@ Section case_section(const Outcome& outcome) {
   return section;
 }
 
-/// Outcomes of one suite, in their original order.
 struct Suite {
   std::string name{};
   std::vector<const Outcome*> outcomes{};
 };
-
-std::string count_of(int count, const std::string& one, const std::string& many) {
-  return std::to_string(count) + " " + (count == 1 ? one : many);
-}
 
 /// Sorts errors and failures first, then passes by the fraction of the bound, then skips.
 std::vector<const Outcome*> worst_first(const std::vector<Outcome>& outcomes) {
@@ -278,10 +212,10 @@ std::string verdict_text(const Tally& sum) {
   if (sum.ran() == 0) { return "FAIL: no case ran" + skipped; }
   if (sum.holds()) {
     return "PASS: " + std::to_string(sum.passed) + " of " +
-           count_of(sum.ran(), "case holds", "cases hold") + skipped;
+           counted(sum.ran(), "case holds", "cases hold") + skipped;
   }
   return "FAIL: " + std::to_string(sum.not_passed()) + " of " +
-         count_of(sum.ran(), "case falls short", "cases fall short") + skipped;
+         counted(sum.ran(), "case falls short", "cases fall short") + skipped;
 }
 
 Data suite_values(const Suite& suite) {
@@ -326,18 +260,6 @@ Data contents_of(const Suite& suite) {
                 data_of(groups, values));
 }
 
-std::string capitalised(std::string text) {
-  if (!text.empty()) {
-    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  }
-  return text;
-}
-
-std::string known(const Results& results, const std::string& name) {
-  const auto found = results.provenance.find(name);
-  return found == results.provenance.end() ? std::string() : found->second;
-}
-
 std::string detail_text(const std::vector<Outcome>& outcomes, const Tally& sum) {
   std::ptrdiff_t judged = 0;
   for (const Outcome& outcome : outcomes) {
@@ -372,15 +294,64 @@ Section suite_section(const Suite& suite) {
 
 }  // namespace
 
+double share_of_bound(const Quantity& q) {
+  if (std::isnan(q.value)) { return unbounded; }
+  const bool above = std::isfinite(q.lower);
+  const bool below = std::isfinite(q.upper);
+  double share = std::isfinite(q.value) ? 0.0 : unbounded;
+  if (above && below) {
+    const double half = 0.5 * (q.upper - q.lower);
+    const double away = std::abs(q.value - 0.5 * (q.upper + q.lower)) + q.uncertainty;
+    share = half > 0.0 ? away / half : unbounded;
+  } else if (below) {
+    share = share_of_upper(q.value + q.uncertainty, q.upper);
+  } else if (above) {
+    share = share_of_upper(q.uncertainty - q.value, -q.lower);
+  }
+  // Rounding must not make the displayed fraction contradict the verdict.
+  return q.holds() ? std::min(share, 1.0) : std::max(share, std::nextafter(1.0, 2.0));
+}
+
+const Quantity* tightest_quantity(const Outcome& outcome) {
+  const Quantity* tightest = nullptr;
+  const auto rank = [](const Quantity& q) {
+    return std::tuple(!q.holds(), std::isnan(q.value), !met_exactly(q), share_of_bound(q));
+  };
+  for (const Quantity& q : outcome.quantities) {
+    if (!q.judged()) { continue; }
+    if (tightest == nullptr || rank(q) > rank(*tightest)) { tightest = &q; }
+  }
+  return tightest;
+}
+
+std::string allowed_text(const Quantity& q) {
+  const bool above = std::isfinite(q.lower);
+  const bool below = std::isfinite(q.upper);
+  const std::string unit = unit_text(q.unit);
+  const int digits = digits_of(q);
+  const std::string upper = short_number(q.upper, digits) + unit;
+  if (above && below) {
+    if (q.lower == q.upper) { return "= " + upper; }
+    return short_number(q.lower, digits) + " to " + upper;
+  }
+  if (below) { return "≤ " + upper; }
+  return above ? "≥ " + short_number(q.lower, digits) + unit : "finite";
+}
+
+std::string measured_text(const Quantity& q) {
+  const std::string number = short_number(q.value, digits_of(q));
+  return std::isnan(q.value) ? number : number + unit_text(q.unit);
+}
+
 std::string to_html(const Results& results) {
   const Tally sum = tally(results.outcomes);
   const std::vector<Suite> suites = suites_of(results.outcomes);
-  const std::string version = known(results, "version");
+  const std::string version = entry(results.provenance, "version");
   Page page{
       .banner = {.title = results.title,
-                 .small_print = {results.command, known(results, "date"),
+                 .small_print = {results.command, entry(results.provenance, "date"),
                                  version.empty() ? "" : "version " + version,
-                                 known(results, "commit")},
+                                 entry(results.provenance, "commit")},
                  .status = sum.holds() ? Status::pass : Status::fail,
                  .verdict = verdict_text(sum),
                  .detail = detail_text(results.outcomes, sum)},

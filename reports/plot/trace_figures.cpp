@@ -6,16 +6,12 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <stdexcept>
-#include <string>
 
 #include "model/problem/recording.hpp"
 #include "reports/html/html_page.hpp"
-#include "reports/plot/shown_units.hpp"
 
 namespace palpate {
-
 namespace {
 
 /// Zones of equal label over an increasing coordinate; rows without a label are gaps.
@@ -54,90 +50,6 @@ std::vector<Mark> events_over(const Trace& trace, Over over) {
 bool is_tool_column(const std::string& name) {
   return name.starts_with("tool.") || name.starts_with("syringe.") || name.starts_with("device.");
 }
-
-}  // namespace
-
-Figure figure_over(const Trace& trace, Over over, const std::string& id, const std::string& title,
-                   const std::string& caption, const std::string& y_label) {
-  const bool time = over == Over::time;
-  return {.id = id,
-          .title = title,
-          .caption = caption,
-          .x = {.label = time ? "time (s)" : "tip depth (mm)"},
-          .y = {.label = y_label},
-          .zones = time ? layers_over_time(trace) : layers_over_depth(trace),
-          .marks = events_over(trace, over)};
-}
-
-void add_column(Figure& figure, const Trace& trace, Over over, const std::string& column,
-                const std::string& label, double factor, Series::Style style) {
-  if (trace.find(column) == nullptr) { return; }
-  figure.series.push_back(
-      {.label = label,
-       .style = style,
-       .x = over == Over::time ? trace.time : values_of(trace, "tool.depth_m", mm),
-       .y = values_of(trace, column, factor)});
-}
-
-bool has_tool(const Trace& trace) {
-  return trace.find("tool.depth_m") != nullptr && trace.find("tool.force_n") != nullptr;
-}
-
-const std::vector<double>& values_of(const Trace& trace, const std::string& name) {
-  const Column* column = trace.find(name);
-  if (column == nullptr) { throw std::out_of_range("the trace has no column " + name); }
-  return column->values;
-}
-
-std::vector<double> values_of(const Trace& trace, const std::string& name, double factor) {
-  std::vector<double> values = values_of(trace, name);
-  for (double& value : values) { value *= factor; }
-  return values;
-}
-
-std::vector<std::size_t> first_pass(const Trace& trace) {
-  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
-  std::vector<std::size_t> rows;
-  for (std::size_t n = 0; n < depth.size(); ++n) {
-    if (!std::isfinite(depth[n])) { continue; }
-    const bool still = rows.size() == 1 && depth[n] == depth[rows.front()];
-    if (still) { rows.front() = n; }
-    if (rows.empty() || depth[n] > depth[rows.back()]) { rows.push_back(n); }
-  }
-  return rows;
-}
-
-std::vector<Zone> layers_over_depth(const Trace& trace) {
-  return zones_of(trace, first_pass(trace), values_of(trace, "tool.depth_m"), mm);
-}
-
-std::vector<Zone> layers_over_time(const Trace& trace) {
-  std::vector<std::size_t> rows(trace.time.size());
-  for (std::size_t n = 0; n < rows.size(); ++n) { rows[n] = n; }
-  return zones_of(trace, rows, trace.time, 1.0);
-}
-
-std::size_t row_at(const Trace& trace, double time) {
-  // An event time is a sum of steps, which can round to above its tick.
-  const double slack = 1e-9 * std::max(1.0, std::abs(time));
-  const auto row = std::ranges::lower_bound(trace.time, time - slack);
-  const auto last = static_cast<std::ptrdiff_t>(trace.time.size()) - 1;
-  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(row - trace.time.begin(), 0, last));
-}
-
-std::string layer_in(const Trace& trace, std::size_t row) {
-  for (const TextColumn& column : trace.text_columns) {
-    if (column.name == "tool.layer" && row < column.values.size()) { return column.values[row]; }
-  }
-  return {};
-}
-
-std::string in_words(std::string kind) {
-  std::ranges::replace(kind, '-', ' ');
-  return kind;
-}
-
-namespace {
 
 constexpr double settling = 0.1;  // maximum duration of a loss of resistance [s]
 
@@ -199,44 +111,6 @@ void add_pressure(std::vector<Fact>& facts, const Trace& trace) {
       {"peak pressure", quantity(pressure[*peak] / pascals_per_mmhg, "mmHg"),
        quantity(1e-3 * pressure[*peak], "kPa") + ", first reached " + where(trace, *peak)});
 }
-
-}  // namespace
-
-std::vector<Fact> tool_facts(const Trace& trace) {
-  if (!has_tool(trace) || trace.time.empty()) { return {}; }
-  std::vector<Fact> facts{peak_force(trace), deepest(trace)};
-  for (const Event& event : trace.events) {
-    if (event.kind != "loss-of-resistance") { continue; }
-    facts.push_back(loss_of_resistance(trace, event));
-    break;  // only the first; the table of events contains all
-  }
-  add_pressure(facts, trace);
-  return facts;
-}
-
-Table events_table(const Trace& trace) {
-  Table table{.title = "In order of time"};
-  if (!has_tool(trace) || trace.time.empty()) {
-    table.columns = {"time (s)", "event", "detail"};
-    for (const Event& event : trace.events) {
-      table.rows.push_back({event.time, event.kind, event.detail});
-    }
-    return table;
-  }
-  table.caption = "Forces of the tick before the event and of its own.";
-  table.columns = {"time (s)", "event", "layer", "depth (mm)", "force before (N)", "force (N)"};
-  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
-  const std::vector<double>& force = values_of(trace, "tool.force_n");
-  for (const Event& event : trace.events) {
-    const std::size_t row = row_at(trace, event.time);
-    const double deep = std::abs(depth[row]) < least_depth ? 0.0 : mm * depth[row];
-    table.rows.push_back({event.time, in_words(event.kind), event.detail, deep,
-                          force[row > 0 ? row - 1 : 0], force[row]});
-  }
-  return table;
-}
-
-namespace {
 
 constexpr double least_lateral = 1e-6;  // rounding level of lateral forces [N]
 
@@ -338,42 +212,6 @@ Figure lateral_over_depth(const Trace& trace) {
   figure.marks.clear();
   return figure;
 }
-
-}  // namespace
-
-std::vector<Figure> tool_figures(const Trace& trace) {
-  if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
-  std::vector<Figure> figures{force_over_depth(trace)};
-  const bool needle = cuts(trace);
-  if (needle) { figures.push_back(parts_over_depth(trace)); }
-  figures.push_back(force_over_time(trace));
-  if (trace.find("syringe.pressure_pa") != nullptr) {
-    figures.push_back(pressure_over_time(trace));
-  }
-  if (needle && largest(trace, "tool.lateral_n") > least_lateral) {
-    figures.push_back(lateral_over_depth(trace));
-  }
-  return figures;
-}
-
-std::vector<Figure> tool_traces(const Trace& trace) {
-  if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
-  std::vector<Figure> figures{
-      figure_over(trace, Over::time, "tool-force", "Force", "", "force (N)")};
-  add_column(figures[0], trace, Over::time, "tool.force_n", "sum");
-  for (const Part& part : parts) {
-    if (largest(trace, part.column) == 0.0) { continue; }
-    add_column(figures[0], trace, Over::time, part.column, part.label);
-  }
-  if (trace.find("syringe.pressure_pa") != nullptr) {
-    figures.push_back(pressure_over_time(trace, "pressure"));
-    figures.back().id = "tool-pressure";
-    figures.back().title = "Syringe pressure";
-  }
-  return figures;
-}
-
-namespace {
 
 /// Adjacent columns that are drawn in one figure.
 struct Group {
@@ -497,6 +335,152 @@ Figure slice(const Trace& trace, const Furthest& furthest) {
 }
 
 }  // namespace
+
+Figure figure_over(const Trace& trace, Over over, const std::string& id, const std::string& title,
+                   const std::string& caption, const std::string& y_label) {
+  const bool time = over == Over::time;
+  return {.id = id,
+          .title = title,
+          .caption = caption,
+          .x = {.label = time ? "time (s)" : "tip depth (mm)"},
+          .y = {.label = y_label},
+          .zones = time ? layers_over_time(trace) : layers_over_depth(trace),
+          .marks = events_over(trace, over)};
+}
+
+void add_column(Figure& figure, const Trace& trace, Over over, const std::string& column,
+                const std::string& label, double factor, Series::Style style) {
+  if (trace.find(column) == nullptr) { return; }
+  figure.series.push_back(
+      {.label = label,
+       .style = style,
+       .x = over == Over::time ? trace.time : values_of(trace, "tool.depth_m", mm),
+       .y = values_of(trace, column, factor)});
+}
+
+bool has_tool(const Trace& trace) {
+  return trace.find("tool.depth_m") != nullptr && trace.find("tool.force_n") != nullptr;
+}
+
+const std::vector<double>& values_of(const Trace& trace, const std::string& name) {
+  const Column* column = trace.find(name);
+  if (column == nullptr) { throw std::out_of_range("the trace has no column " + name); }
+  return column->values;
+}
+
+std::vector<double> values_of(const Trace& trace, const std::string& name, double factor) {
+  std::vector<double> values = values_of(trace, name);
+  for (double& value : values) { value *= factor; }
+  return values;
+}
+
+std::vector<std::size_t> first_pass(const Trace& trace) {
+  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
+  std::vector<std::size_t> rows;
+  for (std::size_t n = 0; n < depth.size(); ++n) {
+    if (!std::isfinite(depth[n])) { continue; }
+    const bool still = rows.size() == 1 && depth[n] == depth[rows.front()];
+    if (still) { rows.front() = n; }
+    if (rows.empty() || depth[n] > depth[rows.back()]) { rows.push_back(n); }
+  }
+  return rows;
+}
+
+std::vector<Zone> layers_over_depth(const Trace& trace) {
+  return zones_of(trace, first_pass(trace), values_of(trace, "tool.depth_m"), mm);
+}
+
+std::vector<Zone> layers_over_time(const Trace& trace) {
+  std::vector<std::size_t> rows(trace.time.size());
+  for (std::size_t n = 0; n < rows.size(); ++n) { rows[n] = n; }
+  return zones_of(trace, rows, trace.time, 1.0);
+}
+
+std::size_t row_at(const Trace& trace, double time) {
+  // An event time is a sum of steps, which can round to above its tick.
+  const double slack = 1e-9 * std::max(1.0, std::abs(time));
+  const auto row = std::ranges::lower_bound(trace.time, time - slack);
+  const auto last = static_cast<std::ptrdiff_t>(trace.time.size()) - 1;
+  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(row - trace.time.begin(), 0, last));
+}
+
+std::string layer_in(const Trace& trace, std::size_t row) {
+  for (const TextColumn& column : trace.text_columns) {
+    if (column.name == "tool.layer" && row < column.values.size()) { return column.values[row]; }
+  }
+  return {};
+}
+
+std::string in_words(std::string kind) {
+  std::ranges::replace(kind, '-', ' ');
+  return kind;
+}
+
+std::vector<Fact> tool_facts(const Trace& trace) {
+  if (!has_tool(trace) || trace.time.empty()) { return {}; }
+  std::vector<Fact> facts{peak_force(trace), deepest(trace)};
+  for (const Event& event : trace.events) {
+    if (event.kind != "loss-of-resistance") { continue; }
+    facts.push_back(loss_of_resistance(trace, event));
+    break;  // only the first; the table of events contains all
+  }
+  add_pressure(facts, trace);
+  return facts;
+}
+
+Table events_table(const Trace& trace) {
+  Table table{.title = "In order of time"};
+  if (!has_tool(trace) || trace.time.empty()) {
+    table.columns = {"time (s)", "event", "detail"};
+    for (const Event& event : trace.events) {
+      table.rows.push_back({event.time, event.kind, event.detail});
+    }
+    return table;
+  }
+  table.caption = "Forces of the tick before the event and of its own.";
+  table.columns = {"time (s)", "event", "layer", "depth (mm)", "force before (N)", "force (N)"};
+  const std::vector<double>& depth = values_of(trace, "tool.depth_m");
+  const std::vector<double>& force = values_of(trace, "tool.force_n");
+  for (const Event& event : trace.events) {
+    const std::size_t row = row_at(trace, event.time);
+    const double deep = std::abs(depth[row]) < least_depth ? 0.0 : mm * depth[row];
+    table.rows.push_back({event.time, in_words(event.kind), event.detail, deep,
+                          force[row > 0 ? row - 1 : 0], force[row]});
+  }
+  return table;
+}
+
+std::vector<Figure> tool_figures(const Trace& trace) {
+  if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
+  std::vector<Figure> figures{force_over_depth(trace)};
+  const bool needle = cuts(trace);
+  if (needle) { figures.push_back(parts_over_depth(trace)); }
+  figures.push_back(force_over_time(trace));
+  if (trace.find("syringe.pressure_pa") != nullptr) {
+    figures.push_back(pressure_over_time(trace));
+  }
+  if (needle && largest(trace, "tool.lateral_n") > least_lateral) {
+    figures.push_back(lateral_over_depth(trace));
+  }
+  return figures;
+}
+
+std::vector<Figure> tool_traces(const Trace& trace) {
+  if (!has_tool(trace) || trace.time.size() < 2) { return {}; }
+  std::vector<Figure> figures{
+      figure_over(trace, Over::time, "tool-force", "Force", "", "force (N)")};
+  add_column(figures[0], trace, Over::time, "tool.force_n", "sum");
+  for (const Part& part : parts) {
+    if (largest(trace, part.column) == 0.0) { continue; }
+    add_column(figures[0], trace, Over::time, part.column, part.label);
+  }
+  if (trace.find("syringe.pressure_pa") != nullptr) {
+    figures.push_back(pressure_over_time(trace, "pressure"));
+    figures.back().id = "tool-pressure";
+    figures.back().title = "Syringe pressure";
+  }
+  return figures;
+}
 
 std::vector<Figure> figures_over_time(const Trace& trace) {
   std::vector<Figure> figures;

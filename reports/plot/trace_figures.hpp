@@ -50,8 +50,6 @@ std::string layer_in(const Trace& trace, std::size_t row);
 /// Kind of an event as text: "loss of resistance" for "loss-of-resistance".
 std::string in_words(std::string kind);
 
-// Summary of a run with a tool, and its events.
-
 /// Largest depth, peak force with its position, loss of resistance, peak pressure; empty without a
 /// tool.
 std::vector<Fact> tool_facts(const Trace& trace);
@@ -60,15 +58,11 @@ std::vector<Fact> tool_facts(const Trace& trace);
 /// before and at the event.
 Table events_table(const Trace& trace);
 
-// Figures of a run with a needle or a probe: force over depth and time, force components, pressure.
-
 /// Figures in page order; empty without a tool or with fewer than two ticks.
 std::vector<Figure> tool_figures(const Trace& trace);
 
 /// Figures of force with its components and of pressure over time, for interactive plots.
 std::vector<Figure> tool_traces(const Trace& trace);
-
-// Figures of a run: columns over time, and node positions.
 
 /// One figure per record and unit ("tip.x_m", "tip.y_m", "tip.z_m"). Positions are drawn as
 /// displacements from the first tick, since motion is small relative to position. Tool columns are

@@ -2,8 +2,6 @@
 
 #include "reports/results/baseline_file.hpp"
 
-#include <cmath>
-#include <filesystem>
 #include <functional>
 #include <stdexcept>
 
@@ -15,7 +13,6 @@
 #include "validation/gate/baseline.hpp"
 
 namespace palpate {
-
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -104,41 +101,6 @@ std::filesystem::path curves_of_baseline(const std::filesystem::path& path) {
   return std::filesystem::path(path).replace_extension(".h5");
 }
 
-}  // namespace
-
-void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline) {
-  if (path.extension() == ".h5") {
-    throw InputError(path.string() + ": the curves go there; a name with another ending, as .json");
-  }
-  const std::string hash = write_curves(curves_of_baseline(path), baseline);
-  io::replace_file(path, json_text(to_json(baseline, hash)));
-}
-
-gate::Baseline read_baseline(const std::filesystem::path& path) {
-  const std::string text = io::read_text(path, most_bytes);
-  gate::Baseline baseline;
-  std::string hash;
-  try {
-    const Json json = Json::parse(text);
-    baseline = baseline_from(json);
-    hash = json.at("curves");
-  } catch (const std::exception& problem) {
-    throw json_trouble(path.string(), text, problem, "a baseline as palpate approve wrote it");
-  }
-  const std::filesystem::path curves = curves_of_baseline(path);
-  if (io::content_hash(io::read_bytes(curves, most_bytes)) != hash) {
-    throw InputError(curves.string() + ": does not belong to " + path.string() +
-                     ", or is damaged; the curves that palpate approve wrote with it");
-  }
-  const io::Hdf5File file = io::Hdf5File::open(curves);
-  for (gate::AcceptedCase& accepted : baseline.cases) {
-    read_figures(file, curves, group_of(accepted), accepted.outcome.figures);
-  }
-  return baseline;
-}
-
-namespace {
-
 namespace fs = std::filesystem;
 
 /// Removes the temporary folder from a message, since it differs between runs.
@@ -171,14 +133,6 @@ gate::Baseline baseline_of(double height) {
   return gate::accept({}, {.command = "sample", .reason = "sample", .outcomes = {sample(height)}});
 }
 
-void cut_short(const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); }
-
-void replace_in(const fs::path& file, const std::string& old, const std::string& text) {
-  std::string bytes = io::read_bytes(file, 1U << 24U);
-  bytes.replace(bytes.find(old), old.size(), text);
-  io::replace_file(file, bytes);
-}
-
 struct Damage {
   std::string name{};
   std::function<void(const io::ScratchFolder&)> inflict{};
@@ -186,41 +140,76 @@ struct Damage {
 
 std::vector<Damage> damages() {
   using Folder = io::ScratchFolder;
+  const auto remove = [](const char* file) {
+    return [file](const Folder& s) { fs::remove(s / file); };
+  };
+  const auto cut = [](const char* file) {
+    return [file](const Folder& s) { fs::resize_file(s / file, fs::file_size(s / file) / 2); };
+  };
+  const auto edit = [](const char* file, const char* old, const char* text) {
+    return [=](const Folder& s) {
+      std::string bytes = io::read_bytes(s / file, 1U << 24U);
+      bytes.replace(bytes.find(old), std::string_view(old).size(), text);
+      io::replace_file(s / file, bytes);
+    };
+  };
+  const char* results = "results/results.json";
   return {
-      {"the baseline's file is missing", [](const Folder& s) { fs::remove(s / "b.json"); }},
+      {"the baseline's file is missing", remove("b.json")},
       {"the baseline's file is empty", [](const Folder& s) { fs::resize_file(s / "b.json", 0); }},
-      {"the baseline's file is cut short", [](const Folder& s) { cut_short(s / "b.json"); }},
-      {"a line of the baseline is garbled",
-       [](const Folder& s) { replace_in(s / "b.json", "\"ledger\": [", "\"ledger\": "); }},
-      {"a number of the baseline was edited",
-       [](const Folder& s) { replace_in(s / "b.json", "\"value\": 3.0", "\"value\": 4.0"); }},
-      {"a unit of the baseline was edited",
-       [](const Folder& s) { replace_in(s / "b.json", "\"unit\": \"1\"", "\"unit\": \"m\""); }},
-      {"the baseline's curves are missing", [](const Folder& s) { fs::remove(s / "b.h5"); }},
+      {"the baseline's file is cut short", cut("b.json")},
+      {"a line of the baseline is garbled", edit("b.json", "\"ledger\": [", "\"ledger\": ")},
+      {"a number of the baseline was edited", edit("b.json", "\"value\": 3.0", "\"value\": 4.0")},
+      {"a unit of the baseline was edited", edit("b.json", "\"unit\": \"1\"", "\"unit\": \"m\"")},
+      {"the baseline's curves are missing", remove("b.h5")},
       {"the baseline's curves have another name",
        [](const Folder& s) { fs::rename(s / "b.h5", s / "c.h5"); }},
-      {"the baseline's curves are cut short", [](const Folder& s) { cut_short(s / "b.h5"); }},
+      {"the baseline's curves are cut short", cut("b.h5")},
       {"the curves belong to another baseline",
        [](const Folder& s) {
          write_baseline(s / "other.json", baseline_of(5.0));
          fs::rename(s / "other.h5", s / "b.h5");
        }},
-      {"the results are cut short",
-       [](const Folder& s) { cut_short(s / "results" / "results.json"); }},
-      {"a trace of the results is missing",
-       [](const Folder& s) { fs::remove(s / "results" / "traces" / "sample.h5"); }},
-      {"a trace of the results is cut short",
-       [](const Folder& s) { cut_short(s / "results" / "traces" / "sample.h5"); }},
-      {"a failure of the results says pass",
-       [](const Folder& s) {
-         replace_in(s / "results" / "results.json", "\"value\": 3.0", "\"value\": 30.0");
-       }},
-      {"a number of the results is not one", [](const Folder& s) {
-         replace_in(s / "results" / "results.json", "\"value\": 3.0", "\"value\": \"nan\"");
-       }}};
+      {"the results are cut short", cut(results)},
+      {"a trace of the results is missing", remove("results/traces/sample.h5")},
+      {"a trace of the results is cut short", cut("results/traces/sample.h5")},
+      {"a failure of the results says pass", edit(results, "\"value\": 3.0", "\"value\": 30.0")},
+      {"a number of the results is not one",
+       edit(results, "\"value\": 3.0", "\"value\": \"nan\"")}};
 }
 
 }  // namespace
+
+void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline) {
+  if (path.extension() == ".h5") {
+    throw InputError(path.string() + ": the curves go there; a name with another ending, as .json");
+  }
+  const std::string hash = write_curves(curves_of_baseline(path), baseline);
+  io::replace_file(path, json_text(to_json(baseline, hash)));
+}
+
+gate::Baseline read_baseline(const std::filesystem::path& path) {
+  const std::string text = io::read_text(path, most_bytes);
+  gate::Baseline baseline;
+  std::string hash;
+  try {
+    const Json json = Json::parse(text);
+    baseline = baseline_from(json);
+    hash = json.at("curves");
+  } catch (const std::exception& problem) {
+    throw json_trouble(path.string(), text, problem, "a baseline as palpate approve wrote it");
+  }
+  const std::filesystem::path curves = curves_of_baseline(path);
+  if (io::content_hash(io::read_bytes(curves, most_bytes)) != hash) {
+    throw InputError(curves.string() + ": does not belong to " + path.string() +
+                     ", or is damaged; the curves that palpate approve wrote with it");
+  }
+  const io::Hdf5File file = io::Hdf5File::open(curves);
+  for (gate::AcceptedCase& accepted : baseline.cases) {
+    read_figures(file, curves, group_of(accepted), accepted.outcome.figures);
+  }
+  return baseline;
+}
 
 std::vector<std::pair<std::string, std::string>> try_damaged_files() {
   std::vector<std::pair<std::string, std::string>> found;

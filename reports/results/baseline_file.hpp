@@ -20,8 +20,6 @@ void write_baseline(const std::filesystem::path& path, const gate::Baseline& bas
 /// files do not match, or if a number is not finite.
 gate::Baseline read_baseline(const std::filesystem::path& path);
 
-// Self-test of damage detection for baselines and results.
-
 /// Damages baseline and results files in one way at a time. Returns each damage with the resulting
 /// error message; the message is empty if the damage was not detected. Works in its own temporary
 /// folder. Throws InputError if the folder cannot be created.

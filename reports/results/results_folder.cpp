@@ -5,19 +5,16 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <stdexcept>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/hdf5_file.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/html/results_page.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/number_text.hpp"
 
 namespace palpate {
-
 namespace {
 
 void write_figure(io::Hdf5File& file, const std::string& above, const Figure& figure) {
@@ -68,47 +65,6 @@ void read_figure(const io::Hdf5File& file, const std::filesystem::path& path,
   map.z = file.read(group + "/z");
   require(map.z.size() == map.x.size() * map.y.size(), path, group);
 }
-
-}  // namespace
-
-std::string series_group(const Figure& figure, std::size_t index) {
-  return "/figures/" + figure.id + "/series_" + std::to_string(index);
-}
-
-std::string heat_map_group(const Figure& figure) { return "/figures/" + figure.id + "/heat_map"; }
-
-std::string trace_file_name(const std::string& case_name) {
-  std::string name = case_name;
-  std::ranges::replace(name, '/', '-');
-  return name + ".h5";
-}
-
-void write_figure_data(const std::filesystem::path& traces, const Outcome& outcome) {
-  if (outcome.figures.empty()) { return; }
-  io::Hdf5File file = io::Hdf5File::create(traces / trace_file_name(outcome.name));
-  write_figures(file, "", outcome.figures);
-  file.write_attribute("/", "case", outcome.name);
-  file.commit();
-}
-
-void read_figure_data(const std::filesystem::path& traces, Outcome& outcome) {
-  if (outcome.figures.empty()) { return; }
-  const std::filesystem::path path = traces / trace_file_name(outcome.name);
-  const io::Hdf5File file = io::Hdf5File::open(path);
-  read_figures(file, path, "", outcome.figures);
-}
-
-void write_figures(io::Hdf5File& file, const std::string& above,
-                   const std::vector<Figure>& figures) {
-  for (const Figure& figure : figures) { write_figure(file, above, figure); }
-}
-
-void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
-                  const std::string& above, std::vector<Figure>& figures) {
-  for (Figure& figure : figures) { read_figure(file, path, above, figure); }
-}
-
-namespace {
 
 using Json = nlohmann::ordered_json;
 
@@ -232,6 +188,43 @@ std::string scene_named(const std::string& title, std::map<std::string, std::str
 }
 
 }  // namespace
+
+std::string series_group(const Figure& figure, std::size_t index) {
+  return "/figures/" + figure.id + "/series_" + std::to_string(index);
+}
+
+std::string heat_map_group(const Figure& figure) { return "/figures/" + figure.id + "/heat_map"; }
+
+std::string trace_file_name(const std::string& case_name) {
+  std::string name = case_name;
+  std::ranges::replace(name, '/', '-');
+  return name + ".h5";
+}
+
+void write_figure_data(const std::filesystem::path& traces, const Outcome& outcome) {
+  if (outcome.figures.empty()) { return; }
+  io::Hdf5File file = io::Hdf5File::create(traces / trace_file_name(outcome.name));
+  write_figures(file, "", outcome.figures);
+  file.write_attribute("/", "case", outcome.name);
+  file.commit();
+}
+
+void read_figure_data(const std::filesystem::path& traces, Outcome& outcome) {
+  if (outcome.figures.empty()) { return; }
+  const std::filesystem::path path = traces / trace_file_name(outcome.name);
+  const io::Hdf5File file = io::Hdf5File::open(path);
+  read_figures(file, path, "", outcome.figures);
+}
+
+void write_figures(io::Hdf5File& file, const std::string& above,
+                   const std::vector<Figure>& figures) {
+  for (const Figure& figure : figures) { write_figure(file, above, figure); }
+}
+
+void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
+                  const std::string& above, std::vector<Figure>& figures) {
+  for (Figure& figure : figures) { read_figure(file, path, above, figure); }
+}
 
 bool is_run_folder(const std::filesystem::path& folder) {
   return std::filesystem::exists(folder / "summary.json") &&

@@ -34,8 +34,6 @@ void write_figures(io::Hdf5File& file, const std::string& above,
 void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
                   const std::string& above, std::vector<Figure>& figures);
 
-// Results folder: results.json, results.xml, report.html and traces/.
-
 /// Writes every file under a temporary name and renames it; report.html is last.
 void write_results_folder(const std::filesystem::path& folder, const Results& results);
 

@@ -4,14 +4,20 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
+
+#include "html_templates.hpp"
 
 #include "model/problem/input_error.hpp"
+#include "reports/html/html_template.hpp"
+#include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate {
 
@@ -31,6 +37,17 @@ InputError json_trouble(const std::string& file, const std::string& text,
     what.erase(0, what.find("] ") + 2);
   }
   return InputError(file + ": " + what + "; " + allowed);
+}
+
+Results without_what_varies(Results results) {
+  results.provenance.clear();
+  for (Outcome& outcome : results.outcomes) {
+    outcome.seconds = 0.0;
+    outcome.timings.clear();
+    std::erase_if(outcome.tables, [](const Table& table) { return table.timing; });
+    std::erase_if(outcome.figures, [](const Figure& figure) { return figure.timing; });
+  }
+  return results;
 }
 
 namespace {
@@ -186,7 +203,84 @@ Status status_from(const std::string& name) {
   throw std::runtime_error("unknown status " + name);
 }
 
+constexpr int schema = 1;
+
+/// Rejects a pass that contradicts its own numbers; this program does not write such a case.
+void check_verdict(const Outcome& outcome) {
+  Outcome again = outcome;
+  conclude(again);
+  if (again.status == outcome.status || outcome.status != Status::pass) { return; }
+  throw std::runtime_error("case " + outcome.name + " says pass, but its quantities do not");
+}
+
+std::string seconds_attribute(double seconds) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.3f", seconds);
+  return buffer.data();
+}
+
+std::string counts(const std::vector<const Outcome*>& outcomes) {
+  Tally sum;
+  double seconds = 0.0;
+  for (const Outcome* outcome : outcomes) {
+    sum.add(outcome->status);
+    seconds += outcome->seconds;
+  }
+  return " tests=\"" + std::to_string(sum.all()) + "\" failures=\"" +
+         std::to_string(sum.failed + sum.inconclusive) + "\" errors=\"" +
+         std::to_string(sum.errors) + "\" skipped=\"" + std::to_string(sum.skipped) + "\" time=\"" +
+         seconds_attribute(seconds) + "\"";
+}
+
+std::string failed_quantities(const Outcome& outcome) {
+  std::string text = outcome.reason();
+  for (const Quantity& q : outcome.quantities) {
+    if (!q.judged() || q.holds()) { continue; }
+    text += (text.empty() ? "" : "\n") + q.name + " = " + exact_number(q.value) + " " + q.unit +
+            "; allowed " + exact_number(q.lower) + " to " + exact_number(q.upper) + " (" +
+            q.bound_from + ")";
+  }
+  return text;
+}
+
+Data properties_of(const Outcome& outcome) {
+  Data list(Data::type::list);
+  const auto property = [&list](const std::string& name, const std::string& value) {
+    list.push_back(record("name", name, "value", value));
+  };
+  for (const Quantity& q : outcome.quantities) {
+    property(q.name, exact_number(q.value));
+    property(q.name + ".unit", q.unit);
+    if (!q.judged()) { continue; }
+    property(q.name + ".lower", exact_number(q.lower));
+    property(q.name + ".upper", exact_number(q.upper));
+    property(q.name + ".bound_from", q.bound_from);
+    if (q.uncertainty > 0.0) { property(q.name + ".uncertainty", exact_number(q.uncertainty)); }
+  }
+  return list;
+}
+
+Data case_of(const Outcome* of_case) {
+  const Outcome& outcome = *of_case;
+  const std::string message = failed_quantities(outcome);
+  const bool inconclusive = outcome.status == Status::inconclusive;
+  return record(
+      "suite", outcome.suite, "name", outcome.name, "time", seconds_attribute(outcome.seconds),
+      "judged", !outcome.quantities.empty(), "properties", properties_of(outcome), "skip",
+      outcome.status == Status::skip, "failure", outcome.status == Status::fail || inconclusive,
+      "error", outcome.status == Status::error, "type", inconclusive ? "inconclusive" : "bound",
+      "claim", outcome.claim, "first", message.substr(0, message.find('\n')), "message", message);
+}
+
 }  // namespace
+
+std::string script_text(const Json& json) {
+  std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace);
+  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
+    text.replace(at, 1, "\\u003c");
+  }
+  return text;
+}
 
 double number_from_json(const Json& json) {
   if (json.is_number()) { return json.get<double>(); }
@@ -229,20 +323,6 @@ Outcome case_from_json(const Json& json) {
   return outcome;
 }
 
-namespace {
-
-constexpr int schema = 1;
-
-/// Rejects a pass that contradicts its own numbers; this program does not write such a case.
-void check_verdict(const Outcome& outcome) {
-  Outcome again = outcome;
-  conclude(again);
-  if (again.status == outcome.status || outcome.status != Status::pass) { return; }
-  throw std::runtime_error("case " + outcome.name + " says pass, but its quantities do not");
-}
-
-}  // namespace
-
 std::string to_json(const Results& results) {
   return json_text(object("schema", schema, "title", results.title, "command", results.command,
                           "provenance", results.provenance, "cases",
@@ -270,6 +350,24 @@ Results results_from_json(const std::string& text, const std::string& name) {
   } catch (const std::exception& problem) {
     throw json_trouble(name, text, problem, "results.json as palpate wrote it");
   }
+}
+
+std::string to_junit(const Results& results) {
+  std::vector<std::pair<std::string, std::vector<const Outcome*>>> suites;
+  std::vector<const Outcome*> all;
+  for (const Outcome& outcome : results.outcomes) {
+    auto suite =
+        std::ranges::find(suites, outcome.suite, [](const auto& each) { return each.first; });
+    if (suite == suites.end()) { suite = suites.insert(suite, {outcome.suite, {}}); }
+    suite->second.push_back(&outcome);
+    all.push_back(&outcome);
+  }
+  const auto values = [](const auto& suite) {
+    return record("name", suite.first, "counts", counts(suite.second), "cases",
+                  data_of(suite.second, case_of));
+  };
+  return fill(templates::junit, record("title", results.title, "counts", counts(all), "suites",
+                                       data_of(suites, values)));
 }
 
 }  // namespace palpate

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <type_traits>
-#include <vector>
 
 #include "model/problem/input_error.hpp"
 #include "reports/results/results.hpp"
@@ -69,6 +68,9 @@ nlohmann::ordered_json list_of(const Items& items, const Convert& convert) {
 inline std::string json_text(const nlohmann::ordered_json& json, int indent = 1) {
   return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
+
+/// Text of a JSON value for a script element, without the character '<'.
+std::string script_text(const nlohmann::ordered_json& json);
 
 /// Null for an empty text.
 inline nlohmann::ordered_json text_or_null(const std::string& text) {

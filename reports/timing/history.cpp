@@ -24,11 +24,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t most_history_bytes = 1U << 28U;
 constexpr mode_t for_all_to_read = 0644;
 
-std::string fact(const Results& results, const std::string& key) {
-  const auto found = results.provenance.find(key);
-  return found == results.provenance.end() ? "" : found->second;
-}
-
 HistoryLine line_from(const std::string& text) {
   const Json json = Json::parse(text);
   HistoryLine line{
@@ -88,9 +83,9 @@ Table table_of(const std::vector<Trend>& trends) {
 }  // namespace
 
 HistoryLine history_line_of(const Results& results) {
-  HistoryLine line{.date = fact(results, "date"),
-                   .commit = fact(results, "commit"),
-                   .compiler = fact(results, "compiler")};
+  HistoryLine line{.date = entry(results.provenance, "date"),
+                   .commit = entry(results.provenance, "commit"),
+                   .compiler = entry(results.provenance, "compiler")};
   for (const Outcome& outcome : results.outcomes) {
     for (const Quantity& quantity : outcome.quantities) {
       if (!std::isfinite(quantity.value)) { continue; }

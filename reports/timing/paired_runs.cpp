@@ -7,13 +7,11 @@
 #include <cmath>
 #include <dlfcn.h>
 #include <map>
-#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 
 #include "model/problem/input_error.hpp"
-#include "reports/timing/callgrind.hpp"
 #include "reports/timing/child_process.hpp"
 #include "validation/bench/timing.hpp"
 #include "validation/number_text.hpp"
@@ -157,50 +155,6 @@ double next_number(std::istream& words) {
   return number;
 }
 
-}  // namespace
-
-PairedReport time_pairs(const PairedPlan& plan) {
-  PairOfSteps steps(plan);
-  Random random(plan.seed);
-  PairedReport report;
-  for (int n = 0; n < plan.pairs; ++n) {
-    report.start.pairs.push_back(steps.time(random(0.0, 1.0) < 0.5));
-  }
-  report.start.batch_deadline = steps.batch_deadline();
-  report.same_motion = steps.same_motion();
-  return report;
-}
-
-std::string to_text(const PairedReport& report) {
-  std::string text = report.same_motion ? "same\n" : "different\n";
-  text += exact_number(report.start.batch_deadline) + " " +
-          std::to_string(report.start.pairs.size()) + "\n";
-  for (const Pair& pair : report.start.pairs) {
-    text += exact_number(pair.base) + " " + exact_number(pair.head) + " " +
-            exact_number(pair.base_wall) + " " + exact_number(pair.head_wall) + "\n";
-  }
-  return text;
-}
-
-PairedReport paired_report_from(const std::string& text) {
-  std::istringstream words(text);
-  PairedReport report;
-  std::string motion;
-  words >> motion;
-  report.same_motion = motion == "same";
-  report.start.batch_deadline = next_number(words);
-  const auto count = static_cast<std::size_t>(next_number(words));
-  for (std::size_t n = 0; n < count; ++n) {
-    Pair& pair = report.start.pairs.emplace_back();
-    for (double* time : {&pair.base, &pair.head, &pair.base_wall, &pair.head_wall}) {
-      *time = next_number(words);
-    }
-  }
-  return report;
-}
-
-namespace {
-
 constexpr int bad_input = 2;  // exit code of `palpate` and of our scripts for bad input
 constexpr const char* library_name = "libpalpate_steps.so";
 
@@ -247,6 +201,46 @@ std::string git_says(const std::filesystem::path& source, const std::vector<std:
 }
 
 }  // namespace
+
+PairedReport time_pairs(const PairedPlan& plan) {
+  PairOfSteps steps(plan);
+  Random random(plan.seed);
+  PairedReport report;
+  for (int n = 0; n < plan.pairs; ++n) {
+    report.start.pairs.push_back(steps.time(random(0.0, 1.0) < 0.5));
+  }
+  report.start.batch_deadline = steps.batch_deadline();
+  report.same_motion = steps.same_motion();
+  return report;
+}
+
+std::string to_text(const PairedReport& report) {
+  std::string text = report.same_motion ? "same\n" : "different\n";
+  text += exact_number(report.start.batch_deadline) + " " +
+          std::to_string(report.start.pairs.size()) + "\n";
+  for (const Pair& pair : report.start.pairs) {
+    text += exact_number(pair.base) + " " + exact_number(pair.head) + " " +
+            exact_number(pair.base_wall) + " " + exact_number(pair.head_wall) + "\n";
+  }
+  return text;
+}
+
+PairedReport paired_report_from(const std::string& text) {
+  std::istringstream words(text);
+  PairedReport report;
+  std::string motion;
+  words >> motion;
+  report.same_motion = motion == "same";
+  report.start.batch_deadline = next_number(words);
+  const auto count = static_cast<std::size_t>(next_number(words));
+  for (std::size_t n = 0; n < count; ++n) {
+    Pair& pair = report.start.pairs.emplace_back();
+    for (double* time : {&pair.base, &pair.head, &pair.base_wall, &pair.head_wall}) {
+      *time = next_number(words);
+    }
+  }
+  return report;
+}
 
 bench::PairedMeasurement measurement_of(const PairedRuns& runs) {
   const auto counts = std::make_shared<Counts>(runs.stop);

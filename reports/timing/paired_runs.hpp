@@ -41,8 +41,6 @@ class LoadedLibrary {
   std::unique_ptr<void, int (*)(void*)> handle_;
 };
 
-// Paired timing of two step libraries in one process, and the text format of its result.
-
 struct PairedPlan {
   std::filesystem::path base{};
   std::filesystem::path head{};
@@ -70,8 +68,6 @@ PairedReport time_pairs(const PairedPlan& plan);
 std::string to_text(const PairedReport& report);
 /// Parses the text of to_text(). Throws InputError for any other text.
 PairedReport paired_report_from(const std::string& text);
-
-// Paired timing of two builds over several process starts, and the location of their libraries.
 
 struct PairedRuns {
   std::filesystem::path base{};

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <boost/archive/iterators/base64_from_binary.hpp>
 #include <boost/archive/iterators/transform_width.hpp>
 #include <cmath>
@@ -11,17 +12,16 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 #include <zlib.h>
 
+#include "view_assets.hpp"
+
 #include "reports/html/html_page.hpp"
-#include "reports/plot/shown_units.hpp"
 #include "reports/plot/trace_figures.hpp"
 #include "reports/results/results_json.hpp"
 
 namespace palpate {
-
 namespace {
 
 void add_planes(std::vector<std::uint8_t>& bytes, std::span<const std::uint64_t> values, int bits) {
@@ -31,59 +31,6 @@ void add_planes(std::vector<std::uint8_t>& bytes, std::span<const std::uint64_t>
     }
   }
 }
-
-}  // namespace
-
-void PackedBytes::add_bytes(std::span<const std::uint8_t> values) {
-  bytes_.insert(bytes_.end(), values.begin(), values.end());
-}
-
-void PackedBytes::add_differences(std::span<const std::int64_t> values, int bits) {
-  std::vector<std::uint64_t> differences;
-  std::int64_t before = 0;
-  for (const std::int64_t value : values) {
-    differences.push_back(static_cast<std::uint64_t>(value - before));
-    before = value;
-  }
-  add_planes(bytes_, differences, bits);
-}
-
-void PackedBytes::add_changes(std::span<const std::int16_t> values,
-                              std::span<const std::int16_t> before) {
-  std::vector<std::uint64_t> differences;
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    differences.push_back(
-        static_cast<std::uint64_t>(std::int64_t{values[n]} - std::int64_t{before[n]}));
-  }
-  add_planes(bytes_, differences, 16);
-}
-
-std::string PackedBytes::deflated() const {
-  return deflate({reinterpret_cast<const char*>(bytes_.data()), bytes_.size()});
-}
-
-std::string deflate(std::string_view bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::string packed(size, '\0');
-  const int code =
-      compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
-                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_DEFAULT_COMPRESSION);
-  if (code != Z_OK) {
-    throw std::runtime_error("zlib could not deflate: code " + std::to_string(code));
-  }
-  packed.resize(size);
-  return packed;
-}
-
-std::string base64(std::string_view bytes) {
-  using namespace boost::archive::iterators;
-  using Digits = base64_from_binary<transform_width<const char*, 6, 8>>;
-  std::string text(Digits(bytes.data()), Digits(bytes.data() + bytes.size()));
-  text.append((4 - text.size() % 4) % 4, '=');
-  return text;
-}
-
-namespace {
 
 constexpr Rgb rgb(unsigned code) {
   return {static_cast<double>(code >> 16U & 255U) / 255.0,
@@ -106,21 +53,10 @@ constexpr std::array by_word{Coloured{"skin", 0xe3b196},         Coloured{"fat",
 constexpr std::array<unsigned, 6> others{0xe0b79c, 0x8fb8a8, 0xb7a3cf,
                                          0xd69a7c, 0x93b5d6, 0xc3bf7d};
 
-}  // namespace
-
-Rgb interpolated_colour(std::span<const unsigned> codes, double share) {
-  const double along = std::clamp(share, 0.0, 1.0) * static_cast<double>(codes.size() - 1);
-  const auto below = std::min(static_cast<std::size_t>(along), codes.size() - 2);
-  const double rest = along - static_cast<double>(below);
-  const Rgb low = rgb(codes[below]);
-  const Rgb high = rgb(codes[below + 1]);
-  Rgb colour{};
-  for (std::size_t n = 0; n < 3; ++n) { colour[n] = (1.0 - rest) * low[n] + rest * high[n]; }
-  return colour;
-}
-
+/// Colour of a sequential scale, from pale at `share` 0 to dark at 1.
 Rgb scale_colour(double share) { return interpolated_colour(magma, share); }
 
+/// Colours of the labels. Labels without a keyword use a palette.
 std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
   std::vector<Rgb> colours;
   std::size_t other = 0;
@@ -133,6 +69,7 @@ std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
   return colours;
 }
 
+/// Colour in hexadecimal notation: "#1f968b".
 std::string hex_colour(const Rgb& colour) {
   std::string text = "#";
   for (const double part : colour) {
@@ -143,8 +80,6 @@ std::string hex_colour(const Rgb& colour) {
   }
   return text;
 }
-
-namespace {
 
 using Json = nlohmann::ordered_json;
 using Integers = std::vector<std::int64_t>;
@@ -345,11 +280,7 @@ std::string header_of(const View& view, const Scales& scales) {
              view.tool ? 1.0 : enlargement(std::max(scales.displacement, 1e-300), extent), "frames",
              list_of(view.frames, frame));
   if (view.tool) { header["tool"] = tool_json(*view.tool); }
-  std::string text = header.dump(-1, ' ', true, Json::error_handler_t::replace);
-  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
-    text.replace(at, 1, "\\u003c");
-  }
-  return text;
+  return script_text(header);
 }
 
 EncodedView encode_to(const View& view, int bits) {
@@ -374,7 +305,138 @@ void halve_frames(View& view) {
   view.frames = std::move(kept);
 }
 
+/// Nodes in a thin slab around the nodes that are nearest to the plane of the cut.
+std::vector<Eigen::Index> section_of(const View& view) {
+  const auto y = view.rest.row(1);
+  Eigen::Index nearest = 0;
+  (y.array() - view.cut).abs().minCoeff(&nearest);
+  const double half_thickness = std::max(0.02 * (y.maxCoeff() - y.minCoeff()), 1e-9);
+  std::vector<Eigen::Index> nodes;
+  for (Eigen::Index n = 0; n < y.size(); ++n) {
+    if (std::abs(y(n) - y(nearest)) <= half_thickness) { nodes.push_back(n); }
+  }
+  return nodes;
+}
+
+/// Figure of the x-z plane with the skin above.
+Figure section_figure(const std::string& id, const std::string& title, const std::string& caption,
+                      const Eigen::Matrix2Xd& points) {
+  const double low = points.row(1).minCoeff();
+  const double high = points.row(1).maxCoeff();
+  const double rim =
+      0.08 * std::max(high - low, points.row(0).maxCoeff() - points.row(0).minCoeff());
+  return {.id = id,
+          .title = title,
+          .caption = caption,
+          .x = {.label = "x (mm)"},
+          .y = {.label = "z (mm)", .minimum = high + rim, .maximum = low - rim},
+          .square = true};
+}
+
+/// Places of the section's nodes in the x-z plane, with displacements times `enlarged` [mm].
+Eigen::Matrix2Xd places_of(const View& view, const std::vector<Eigen::Index>& nodes,
+                           const ViewFrame& frame, double enlarged) {
+  const NodeVectors position = view.rest + enlarged * frame.displacement;
+  return mm * position(std::array{0, 2}, nodes);
+}
+
+/// Value of the nearest point at every pixel; none beyond the largest distance of neighbours.
+HeatMap nearest_values(const Eigen::Matrix2Xd& points, const Eigen::VectorXd& values) {
+  constexpr double pixels = 96.0;
+  const Eigen::Vector2d low = points.rowwise().minCoeff();
+  const Eigen::Vector2d high = points.rowwise().maxCoeff();
+  const double size = std::max((high - low).maxCoeff(), 1e-9) / pixels;
+  double reach = 0.0;
+  for (const auto& point : points.colwise()) {
+    const auto distance = (points.colwise() - point).colwise().squaredNorm();
+    reach = std::max(reach, (distance.array() > 0.0).select(distance.array(), 1e300).minCoeff());
+  }
+  HeatMap map{.label = "displacement (mm)"};
+  for (double x = low.x(); x <= high.x() + 0.5 * size; x += size) { map.x.push_back(x); }
+  for (double z = low.y(); z <= high.y() + 0.5 * size; z += size) { map.y.push_back(z); }
+  for (const double z : map.y) {
+    for (const double x : map.x) {
+      Eigen::Index nearest = 0;
+      const double distance =
+          (points.colwise() - Eigen::Vector2d(x, z)).colwise().squaredNorm().minCoeff(&nearest);
+      map.z.push_back(distance <= reach ? values(nearest)
+                                        : std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  return map;
+}
+
+double enlargement_of(const View& view, const ViewFrame& frame) {
+  const double moved = frame.displacement.colwise().norm().maxCoeff();
+  const Eigen::Vector3d extent = view.rest.rowwise().maxCoeff() - view.rest.rowwise().minCoeff();
+  return view.tool || !(moved > 0.0) ? 1.0 : enlargement(moved, extent.maxCoeff());
+}
+
+std::string inert_script(const std::string& id, const std::string& type, const std::string& text) {
+  return "<script type=\"" + type + "\" id=\"" + id + "\">" + text + "</script>\n";
+}
+
 }  // namespace
+
+void PackedBytes::add_bytes(std::span<const std::uint8_t> values) {
+  bytes_.insert(bytes_.end(), values.begin(), values.end());
+}
+
+void PackedBytes::add_differences(std::span<const std::int64_t> values, int bits) {
+  std::vector<std::uint64_t> differences;
+  std::int64_t before = 0;
+  for (const std::int64_t value : values) {
+    differences.push_back(static_cast<std::uint64_t>(value - before));
+    before = value;
+  }
+  add_planes(bytes_, differences, bits);
+}
+
+void PackedBytes::add_changes(std::span<const std::int16_t> values,
+                              std::span<const std::int16_t> before) {
+  std::vector<std::uint64_t> differences;
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    differences.push_back(
+        static_cast<std::uint64_t>(std::int64_t{values[n]} - std::int64_t{before[n]}));
+  }
+  add_planes(bytes_, differences, 16);
+}
+
+std::string PackedBytes::deflated() const {
+  return deflate({reinterpret_cast<const char*>(bytes_.data()), bytes_.size()});
+}
+
+std::string deflate(std::string_view bytes) {
+  uLongf size = compressBound(bytes.size());
+  std::string packed(size, '\0');
+  const int code =
+      compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), Z_DEFAULT_COMPRESSION);
+  if (code != Z_OK) {
+    throw std::runtime_error("zlib could not deflate: code " + std::to_string(code));
+  }
+  packed.resize(size);
+  return packed;
+}
+
+std::string base64(std::string_view bytes) {
+  using namespace boost::archive::iterators;
+  using Digits = base64_from_binary<transform_width<const char*, 6, 8>>;
+  std::string text(Digits(bytes.data()), Digits(bytes.data() + bytes.size()));
+  text.append((4 - text.size() % 4) % 4, '=');
+  return text;
+}
+
+Rgb interpolated_colour(std::span<const unsigned> codes, double share) {
+  const double along = std::clamp(share, 0.0, 1.0) * static_cast<double>(codes.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(along), codes.size() - 2);
+  const double rest = along - static_cast<double>(below);
+  const Rgb low = rgb(codes[below]);
+  const Rgb high = rgb(codes[below + 1]);
+  Rgb colour{};
+  for (std::size_t n = 0; n < 3; ++n) { colour[n] = (1.0 - rest) * low[n] + rest * high[n]; }
+  return colour;
+}
 
 EncodedView encode(View view, std::size_t most) {
   constexpr std::size_t fewest_frames = 8;
@@ -402,6 +464,69 @@ EncodedView encode(View view, std::size_t most) {
                           quantity(mm * scales_of(view, 11).step, "mm") +
                           ", to keep the page small");
   return encoded;
+}
+
+std::vector<Figure> still_figures(const View& view) {
+  const std::vector<Eigen::Index> nodes = section_of(view);
+  const ViewFrame& peak = view.frames[view.peak];
+  const double enlarged = enlargement_of(view, peak);
+  const Eigen::Matrix2Xd rest = places_of(view, nodes, peak, 0.0);
+  const Eigen::Matrix2Xd moved = places_of(view, nodes, peak, enlarged);
+  const std::string cut =
+      "Nodes of the section y = " + quantity(mm * view.rest(1, nodes.front()), "mm");
+  Figure tissue = section_figure("section", "Undeformed", cut + " by tissue.", rest);
+  for (std::size_t label = 0; label < view.labels.size(); ++label) {
+    Series series{.label = view.labels[label], .style = Series::Style::points};
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      if (view.label[static_cast<std::size_t>(nodes[n])] != label) { continue; }
+      series.x.push_back(rest(0, static_cast<Eigen::Index>(n)));
+      series.y.push_back(rest(1, static_cast<Eigen::Index>(n)));
+    }
+    if (!series.x.empty()) { tissue.series.push_back(std::move(series)); }
+  }
+  Figure displaced = section_figure(
+      "displaced-section", "Largest reaction, at " + quantity(peak.time, "s"),
+      cut + " where they are then, in the colour of their displacement" +
+          (enlarged == 1.0 ? "" : ", which is drawn " + short_number(enlarged) + " times larger") +
+          ". Applied " + quantity(peak.applied, "N") + ", reaction " +
+          quantity(peak.reaction, "N") + ".",
+      moved);
+  const Eigen::VectorXd distance =
+      mm * peak.displacement(Eigen::all, nodes).colwise().norm().transpose();
+  displaced.heat_map = nearest_values(moved, distance);
+  if (view.tool) {
+    const Eigen::Vector3d tip = view.tool->origin + peak.place * view.tool->direction;
+    displaced.series.push_back({.label = "tool",
+                                .x = {mm * view.tool->origin.x(), mm * tip.x()},
+                                .y = {mm * view.tool->origin.z(), mm * tip.z()}});
+  }
+  return {std::move(tissue), std::move(displaced)};
+}
+
+Section view_section(const View& view) {
+  const EncodedView encoded = encode(view);
+  std::vector<std::string> notes = view.notes;
+  notes.insert(notes.end(), encoded.notes.begin(), encoded.notes.end());
+  Section stills = exhibits_of(still_figures(view));
+  stills.style = "stills";
+  return {.parts = {
+              Markup{"<style>\n" + std::string(assets::view_css) + "</style>\n" +
+                     std::string(assets::view_html)},
+              Notes{notes}, std::move(stills),
+              Markup{inert_script("view-header", "application/json", encoded.header) +
+                     inert_script("view-numbers", "text/plain", encoded.numbers) +
+                     inert_script("view-three", "text/plain", base64(deflate(assets::three_js)))}}};
+}
+
+std::string view_script() {
+  std::string script = "(function () {\n'use strict';\n";
+  for (const std::string_view part :
+       {assets::view_bytes_js, assets::view_tissue_js, assets::view_shaders_js,
+        assets::view_tool_js, assets::view_drawing_js, assets::view_camera_js,
+        assets::view_words_js, assets::view_controls_js, assets::view_start_js}) {
+    script += part;
+  }
+  return script + "})();\n";
 }
 
 }  // namespace palpate

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "reports/html/html_page.hpp"
 #include "reports/view/view.hpp"
 
 namespace palpate {
@@ -35,22 +36,10 @@ std::string deflate(std::string_view bytes);
 /// Encodes bytes as base64 (RFC 4648), with padding.
 std::string base64(std::string_view bytes);
 
-// Colours of the view.
-
 using Rgb = std::array<double, 3>;  ///< red, green, blue in 0 to 1, sRGB
 
 /// Colour between neighbouring codes 0xrrggbb, from the first at `share` 0 to the last at 1.
 Rgb interpolated_colour(std::span<const unsigned> codes, double share);
-
-/// Colour of a sequential scale, from pale at `share` 0 to dark at 1.
-Rgb scale_colour(double share);
-
-/// Colours of the labels. Skin, fat, ligament, bone and others have fixed colours; unknown labels
-/// use a palette.
-std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels);
-
-/// Colour in hexadecimal notation: "#1f968b".
-std::string hex_colour(const Rgb& colour);
 
 // View as text for assets/view_tissue.js: a JSON header and packed quantised numbers.
 
@@ -66,5 +55,18 @@ struct EncodedView {
 /// Encodes a view. Displacements are quantised to 1/32767 of the largest coordinate. If the result
 /// exceeds `most` bytes, coarser steps are used, then every second frame is removed until it fits.
 EncodedView encode(View view, std::size_t most = most_view_bytes);
+
+// Page section with the 3-D view of a run, and its pictures for print and for browsers without
+// WebGL.
+
+/// Section of the tissue at the plane of the cut: undeformed by tissue, and at the largest reaction
+/// by displacement.
+std::vector<Figure> still_figures(const View& view);
+
+/// Section without the start script: markup, style, pictures, numbers and three.js, all inline.
+Section view_section(const View& view);
+
+/// Script that starts the view; it must be the last script of the page.
+std::string view_script();
 
 }  // namespace palpate

@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "model/problem/recording.hpp"
-#include "reports/cli/tolerance_text.hpp"
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 
-#include "reports/reconstructed_set.hpp"
-
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "fixtures/io/recording_file.hpp"
 #include "model/problem/recording.hpp"
+#include "reports/recording_input.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
 #include "validation/claims/clinical_fixture.hpp"

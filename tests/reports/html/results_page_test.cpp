@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 
-#include "reports/html/results_page.hpp"
-
+#include <cmath>
 #include <regex>
 #include <set>
 
 #include "reports/html/html_page.hpp"
+#include "reports/results/results.hpp"
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 
-#include "reports/plot/axis_range.hpp"
-#include "reports/plot/thinning.hpp"
-#include "reports/plot/zone_labels.hpp"
+#include "reports/plot/figure_layout.hpp"
+
+#include <algorithm>
+#include <cmath>
+
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 

@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 
-#include "reports/plot/figure_look.hpp"
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 

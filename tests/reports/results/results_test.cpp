@@ -7,7 +7,6 @@
 
 #include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/html/results_page.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
 #include "tests/check.hpp"

@@ -2,7 +2,6 @@
 
 #include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/timing/callgrind.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/history.hpp"
 #include "reports/timing/paired_runs.hpp"
