@@ -72,24 +72,20 @@ function(palpate_use_precompiled target)
   target_compile_options(${target} PRIVATE -Wno-stringop-overflow -Wno-array-bounds)
 endfunction()
 
-# The optimised build compiles several files of a target as one: headers are read once for all of them. The sanitized
-# build compiles every file alone, which also proves that each one includes what it uses.
-function(palpate_use_unity target)
-  if(NOT PALPATE_SANITIZE)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE 6)
-  endif()
-endfunction()
-
-# palpate_add_library(<name> [PRECOMPILED] [LITTLE_OPTIMISED] SOURCES ... [PUBLIC ...] [PRIVATE ...]): one box of the
+# UNITY: the optimised build compiles several files as one, which reads their headers once. The sanitized build compiles
+# every file alone, which also proves that each one includes what it uses.
+# palpate_add_library(<name> [UNITY] [PRECOMPILED] [LITTLE_OPTIMISED] SOURCES ... [PUBLIC ...] [PRIVATE ...]): one box of the
 # architecture, usable as palpate::<name>.
 function(palpate_add_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "PRECOMPILED;LITTLE_OPTIMISED" "" "SOURCES;PUBLIC;PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "UNITY;PRECOMPILED;LITTLE_OPTIMISED" "" "SOURCES;PUBLIC;PRIVATE")
   add_library(palpate_${name} STATIC ${arg_SOURCES})
   add_library(palpate::${name} ALIAS palpate_${name})
   target_link_libraries(palpate_${name}
     PUBLIC palpate_build_options ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
-  palpate_use_unity(palpate_${name})
+  if(arg_UNITY AND NOT PALPATE_SANITIZE)
+    set_target_properties(palpate_${name} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE 6)
+  endif()
   if(PALPATE_SANITIZE OR arg_PRECOMPILED)
     set(little_optimised "")
     if(arg_LITTLE_OPTIMISED)
