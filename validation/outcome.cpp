@@ -3,33 +3,22 @@
 #include "validation/outcome.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace palpate {
 
 namespace {
 
 int severity(Status status) {
-  switch (status) {
-    case Status::error: return 4;
-    case Status::fail: return 3;
-    case Status::inconclusive: return 2;
-    case Status::pass: return 1;
-    case Status::skip: break;
-  }
-  return 0;
+  constexpr std::array severities{1, 3, 2, 0, 4};  // in the order of Status
+  return severities.at(static_cast<std::size_t>(status));
 }
 
 }  // namespace
 
 std::string_view name_of(Status status) {
-  switch (status) {
-    case Status::pass: return "pass";
-    case Status::fail: return "fail";
-    case Status::inconclusive: return "inconclusive";
-    case Status::skip: return "skip";
-    case Status::error: break;
-  }
-  return "error";
+  constexpr std::array<std::string_view, 5> names{"pass", "fail", "inconclusive", "skip", "error"};
+  return names.at(static_cast<std::size_t>(status));
 }
 
 Status worse(Status a, Status b) { return severity(a) >= severity(b) ? a : b; }
@@ -131,13 +120,9 @@ void conclude(Outcome& outcome, std::vector<Reason> parts) {
 }
 
 void Tally::add(Status status) {
-  switch (status) {
-    case Status::pass: ++passed; break;
-    case Status::fail: ++failed; break;
-    case Status::inconclusive: ++inconclusive; break;
-    case Status::skip: ++skipped; break;
-    case Status::error: ++errors; break;
-  }
+  constexpr std::array counts{&Tally::passed, &Tally::failed, &Tally::inconclusive, &Tally::skipped,
+                              &Tally::errors};  // in the order of Status
+  ++(this->*counts.at(static_cast<std::size_t>(status)));
 }
 
 Tally tally(const std::vector<Outcome>& outcomes) {
