@@ -102,7 +102,7 @@ void add_body_facts(const BodyFacts& body, std::vector<Fact>& facts) {
 }
 
 void add_layers(const Scene& scene, std::vector<Fact>& facts) {
-  const NeedlePath path = tool_path(scene, scene.tissue.voxels->network);
+  const NeedlePath path(scene, scene.tissue.voxels->network);
   std::string layers;
   for (const PathInterval& interval : path.intervals()) {
     const std::string end =

@@ -44,8 +44,7 @@ double rounded(double size, int digits) {
 }  // namespace
 
 std::string exact_number(double value) {
-  if (std::isnan(value)) { return "nan"; }
-  if (std::isinf(value)) { return value > 0.0 ? "inf" : "-inf"; }
+  if (std::isnan(value)) { return "nan"; }  // to_chars() writes the sign of NaN
   std::array<char, 40> buffer{};
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
   return {buffer.data(), end};

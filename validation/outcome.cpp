@@ -110,13 +110,9 @@ void conclude(Outcome& outcome, std::vector<Reason> parts) {
 }
 
 void Tally::add(Status status) {
-  switch (status) {
-    case Status::pass: ++passed; break;
-    case Status::fail: ++failed; break;
-    case Status::inconclusive: ++inconclusive; break;
-    case Status::skip: ++skipped; break;
-    case Status::error: ++errors; break;
-  }
+  constexpr std::array counts{&Tally::passed, &Tally::failed, &Tally::inconclusive, &Tally::skipped,
+                              &Tally::errors};  // in the order of Status
+  ++(this->*counts.at(static_cast<std::size_t>(status)));
 }
 
 Tally tally(const std::vector<Outcome>& outcomes) {

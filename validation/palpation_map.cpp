@@ -8,6 +8,11 @@
 
 namespace palpate {
 
+namespace {
+
+/// Returns the stiffness 1 / (w.K^-1 w) [N/m] of a tissue at rest under the footprint w of the
+/// scene's probe at a skin position [m]; infinity on bone alone. `response` factorises K once for
+/// all positions.
 double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
                       const reference::StaticResponse& response, const Eigen::Vector2d& place) {
   Scene there = scene;
@@ -21,6 +26,8 @@ double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
   if (w.isZero(0.0)) { return std::numeric_limits<double>::infinity(); }
   return 1.0 / response.compliance(w);
 }
+
+}  // namespace
 
 HeatMap palpation_map(const Scene& scene, const NetworkProblem& problem,
                       const PalpationGrid& grid) {

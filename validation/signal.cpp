@@ -30,11 +30,8 @@ std::vector<Stretch> finite_stretches(std::span<const double> value) {
 }
 
 Stretch longest_stretch(std::span<const double> value) {
-  Stretch longest;
-  for (const Stretch& stretch : finite_stretches(value)) {
-    if (stretch.size() > longest.size()) { longest = stretch; }
-  }
-  return longest;
+  const std::vector<Stretch> stretches = finite_stretches(value);
+  return stretches.empty() ? Stretch{} : *std::ranges::max_element(stretches, {}, &Stretch::size);
 }
 
 double quantile(std::span<const double> value, double q) {
@@ -50,9 +47,8 @@ double quantile(std::span<const double> value, double q) {
 }
 
 std::vector<double> finite_only(std::span<const double> value) {
-  std::vector<double> finite;
-  std::ranges::copy_if(value, std::back_inserter(finite),
-                       [](double v) { return std::isfinite(v); });
+  std::vector<double> finite(value.begin(), value.end());
+  std::erase_if(finite, [](double v) { return !std::isfinite(v); });
   return finite;
 }
 
