@@ -75,8 +75,6 @@ template <class Integer> Integer number_from(const std::string& text, const std:
   return number;
 }
 
-constexpr int bad_input = 2;  // exit code of `palpate` for bad input
-
 std::string why_not(const std::filesystem::path& valgrind) {
 #ifdef PALPATE_SANITIZED
   return "a program with sanitizers does not run under valgrind";

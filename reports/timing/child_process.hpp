@@ -13,6 +13,8 @@
 
 namespace palpate::timing {
 
+inline constexpr int bad_input = 2;  ///< exit code of `palpate` and of our scripts
+
 /// Returns the first program with this name on PATH; empty if there is none.
 std::filesystem::path find_program(const std::string& name);
 

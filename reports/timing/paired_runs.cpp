@@ -155,7 +155,6 @@ double next_number(std::istream& words) {
   return number;
 }
 
-constexpr int bad_input = 2;  // exit code of `palpate` and of our scripts for bad input
 constexpr const char* library_name = "libpalpate_steps.so";
 
 /// Cache of instruction counts, which are deterministic.

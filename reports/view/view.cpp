@@ -455,7 +455,7 @@ ForceLines force_lines(const SpringNetwork& network, const SpringLaw& law,
     if (!(length >= zero_length)) { continue; }
     const Eigen::Vector3d u = d / length;
     const Eigen::Vector3d on_a =
-        spring_force<double>(law, spring.stiffness, 0.0, spring.rest_length, d, length, 0.0);
+        spring_force<double>(law, {spring.stiffness, spring.rest_length, 0.0}, d, length, 0.0);
     const Eigen::Matrix3d pull = 0.5 * on_a * u.transpose();
     tensors.col(spring.a) += pull.reshaped();
     tensors.col(spring.b) += pull.reshaped();
