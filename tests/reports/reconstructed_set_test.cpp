@@ -2,18 +2,20 @@
 
 #include "reports/reconstructed_set.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "fixtures/io/recording_file.hpp"
 #include "model/problem/recording.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
+#include "validation/claims/clinical_fixture.hpp"
+#include "validation/statistics.hpp"
 
 namespace {
 
 using namespace palpate;
+using comparison::deviation_of;
+using comparison::mean_of;
 
 namespace fs = std::filesystem;
 
@@ -38,27 +40,28 @@ std::vector<Recording> of(const std::string& group, const std::string& technique
   return some;
 }
 
-double peak_mmhg(const Recording& recording) {
-  return std::ranges::max(recording.pressure) / pascals_per_mmhg;
+template <class Value>
+std::vector<double> values_of(const std::vector<Recording>& recordings, Value value) {
+  std::vector<double> values;
+  std::ranges::transform(recordings, std::back_inserter(values), value);
+  return values;
 }
 
-struct Statistics {
-  double mean = 0.0;
-  double deviation = 0.0;
-};
-template <class Value>
-Statistics statistics(const std::vector<Recording>& recordings, Value value) {
-  Statistics s;
-  for (const Recording& r : recordings) { s.mean += value(r) / double(recordings.size()); }
-  for (const Recording& r : recordings) { s.deviation += std::pow(value(r) - s.mean, 2); }
-  s.deviation = std::sqrt(s.deviation / double(recordings.size() - 1));
-  return s;
+/// Peak pressures [mmHg].
+std::vector<double> peaks_of(const std::vector<Recording>& recordings) {
+  return values_of(recordings, [](const Recording& one) {
+    return std::ranges::max(one.pressure) / pascals_per_mmhg;
+  });
 }
+
+/// Noise raises a maximum by two of its standard deviations over some dozens of samples, never by
+/// seven [mmHg].
+double noise() { return 7.0 * table().of("X18", "mmHg").value; }
 
 const std::array bmi_groups{std::pair{"BMI 18-24.9", 461.0}, std::pair{"BMI 25-34.9", 430.0},
                             std::pair{"BMI 35-44.9", 415.0}, std::pair{"BMI >= 45", 376.0}};
 
-TEST("either technique of one subject says that it is the same subject, and nobody else does") {
+TEST("recordings of one subject with either technique have its name, and no others do") {
   for (const auto& [group, peak] : bmi_groups) {
     std::set<std::string> subjects;
     for (const char* technique : {"continuous", "intermittent"}) {
@@ -78,30 +81,24 @@ TEST("the stored recordings are what the table gives, sample by sample") {
   for (const Recording& made : all()) {
     const Recording kept = io::read_recording(fixtures / "recordings" / (made.name + ".h5"));
     CHECK(kept.time == made.time);
-    CHECK(kept.technique == made.technique);
-    CHECK(kept.group == made.group);
-    CHECK(kept.subject == made.subject);
-    CHECK(kept.note == made.note);
-    CHECK(kept.source == made.source);
+    for (const auto text : {&Recording::technique, &Recording::group, &Recording::subject,
+                            &Recording::note, &Recording::source}) {
+      CHECK(kept.*text == made.*text);
+    }
     CHECK(kept.regime == made.regime);
     CHECK(kept.body_mass_index == made.body_mass_index);
     CHECK(kept.defects == made.defects);
     REQUIRE(kept.pressure.size() == made.pressure.size());
     REQUIRE(kept.depth.size() == made.depth.size());
-    double worst_pressure = 0.0, worst_depth = 0.0;
-    for (std::size_t n = 0; n < std::min(kept.pressure.size(), made.pressure.size()); ++n) {
-      worst_pressure = std::fmax(worst_pressure, std::abs(kept.pressure[n] - made.pressure[n]));
-    }
-    for (std::size_t n = 0; n < std::min(kept.depth.size(), made.depth.size()); ++n) {
-      worst_depth = std::fmax(worst_depth, std::abs(kept.depth[n] - made.depth[n]));
-    }
     // One unit of rounding: the sine of another library may differ in its last bit.
-    CHECK_NEAR(worst_pressure, 0.0, 0.1001 * pascals_per_mmhg);
-    CHECK_NEAR(worst_depth, 0.0, 1.001e-5);
+    CHECK(clinical::largest_difference(kept.pressure, made.pressure) <= 0.1001 * pascals_per_mmhg);
+    if (!made.depth.empty()) {
+      CHECK(clinical::largest_difference(kept.depth, made.depth) <= 1.001e-5);
+    }
   }
 }
 
-TEST("every one says that it is reconstructed, from what, and with which seed") {
+TEST("every reconstructed recording has its kind, source and seed") {
   std::set<std::string> names;
   for (const Recording& r : all()) {
     CHECK(r.kind == Recording::Kind::reconstructed);
@@ -116,17 +113,15 @@ TEST("every one says that it is reconstructed, from what, and with which seed") 
 }
 
 TEST("mean peaks of the BMI groups are the published ones, and fall with BMI") {
-  // Noise raises a maximum by two of its SD over some dozens of samples, never by seven.
-  const double noise = 7.0 * table().of("X18", "mmHg").value;
   for (const char* technique : {"continuous", "intermittent"}) {
     double before = 1000.0;
     for (const auto& [group, mean] : bmi_groups) {
-      const Statistics peaks = statistics(of(group, technique), peak_mmhg);
-      CHECK(of(group, technique).size() == 5);
-      CHECK_NEAR(peaks.mean, mean, noise);
-      CHECK_NEAR(peaks.deviation, 0.22 * mean, noise);
-      CHECK(peaks.mean < before);
-      before = peaks.mean;
+      const std::vector<double> peaks = peaks_of(of(group, technique));
+      CHECK(peaks.size() == 5);
+      CHECK_NEAR(mean_of(peaks), mean, noise());
+      CHECK_NEAR(deviation_of(peaks), 0.22 * mean, noise());
+      CHECK(mean_of(peaks) < before);
+      before = mean_of(peaks);
     }
   }
 }
@@ -140,63 +135,55 @@ TEST("the spread between subjects follows from the pump's confidence interval") 
   CHECK_NEAR(floor, table().of("X03", "mmHg").value, 0.05);
 }
 
-TEST("porcine peaks lie in the published range and reach both its ends") {
+TEST("porcine peaks have both ends of the published range, and a pump has pressures of its own") {
   for (const char* technique : {"continuous", "intermittent"}) {
     const auto recordings = of("porcine", technique);
-    const auto [least, largest] = std::ranges::minmax(recordings, {}, peak_mmhg);
-    const double noise = 7.0 * table().of("X18", "mmHg").value;
-    CHECK_NEAR(peak_mmhg(least), 470.0, noise);
-    CHECK_NEAR(peak_mmhg(largest), 500.0, noise);
+    CHECK_NEAR(std::ranges::min(peaks_of(recordings)), 470.0, noise());
+    CHECK_NEAR(std::ranges::max(peaks_of(recordings)), 500.0, noise());
     for (const Recording& r : recordings) {
-      REQUIRE(r.depth.empty());
+      CHECK(r.depth.empty());
       CHECK(!r.body_mass_index);
     }
   }
-}
-
-TEST("thumb and pump are kept apart, and the pump's pressures are its own") {
-  const auto pump = of("pump", "continuous");
+  const std::vector<double> pump = peaks_of(of("pump", "continuous"));
   CHECK(pump.size() == 5);
-  CHECK_NEAR(statistics(pump, peak_mmhg).mean, 92.0, 7.0 * table().of("X18", "mmHg").value);
+  CHECK_NEAR(mean_of(pump), 92.0, noise());
   for (const Recording& r : all()) {
     CHECK((r.regime == Recording::Regime::pump) == (r.group == "pump"));
   }
 }
 
-double depth_of_peak(const Recording& r) {
-  const auto peak = std::ranges::max_element(r.pressure) - r.pressure.begin();
-  return 1e3 * r.depth[static_cast<std::size_t>(peak)];
+std::size_t peak_index(const Recording& r) {
+  return static_cast<std::size_t>(std::ranges::max_element(r.pressure) - r.pressure.begin());
 }
 
-TEST("depth follows the published regression on BMI, and nothing else does") {
+TEST("the depth of the peak follows the published regression on BMI") {
   for (const auto& [group, ignored] : bmi_groups) {
     const auto recordings = of(group, "continuous");
     const double bmi =
-        statistics(recordings, [](const Recording& r) { return *r.body_mass_index; }).mean;
-    const double expected = 17.7966 + 0.9777 * bmi;
+        mean_of(values_of(recordings, [](const Recording& r) { return *r.body_mass_index; }));
+    const auto depth = [](const Recording& r) { return 1e3 * r.depth[peak_index(r)]; };
     // The peak is sought among noisy samples of a ramp: within the noise over the ramp's slope, and
     // a group's own flavum and residual have mean zero.
-    CHECK_NEAR(statistics(recordings, depth_of_peak).mean, expected, 0.05);
+    CHECK_NEAR(mean_of(values_of(recordings, depth)), 17.7966 + 0.9777 * bmi, 0.05);
   }
 }
 
-/// Duration of the final part of a recording in which the pressure is below half its peak [s].
-double low_for(const Recording& r) {
+/// First sample of the final part of a recording in which the pressure is below a level [Pa].
+std::size_t last_fall(const Recording& r, double level) {
   std::size_t n = r.time.size();
-  while (n > 0 && r.pressure[n - 1] < 0.5 * std::ranges::max(r.pressure)) { --n; }
-  return r.time.back() - r.time[n];
+  while (n > 0 && r.pressure[n - 1] < level) { --n; }
+  return n;
 }
 
 TEST("resistance is lost within 50 to 200 ms and stays lost for more than 5 s") {
   for (const Recording& r : all()) {
-    CHECK(low_for(r) > 5.0);  // the rule of Vaira et al. 2019
     const double peak = std::ranges::max(r.pressure);
     const double floor = r.pressure.back();
-    std::size_t high = 0, low = r.time.size() - 1;
-    for (std::size_t n = 0; n < r.time.size(); ++n) {
-      if (r.pressure[n] > floor + 0.9 * (peak - floor)) { high = n; }
-    }
-    while (low > high && r.pressure[low - 1] < floor + 0.1 * (peak - floor)) { --low; }
+    // The rule of Vaira et al. 2019.
+    CHECK(r.time.back() - r.time[last_fall(r, 0.5 * peak)] > 5.0);
+    const std::size_t high = last_fall(r, floor + 0.9 * (peak - floor)) - 1;
+    const std::size_t low = last_fall(r, floor + 0.1 * (peak - floor));
     // A linear decrease is between 90 and 10 % for 0.8 of its time; each end is accurate to a
     // sample.
     CHECK_NEAR(r.time[low] - r.time[high], 0.8 * 0.125, 0.8 * 0.075 + 2.0 / 120.0);
@@ -205,12 +192,10 @@ TEST("resistance is lost within 50 to 200 ms and stays lost for more than 5 s") 
 
 TEST("the intermittent technique releases the plunger between advances; the other never does") {
   const auto releases = [](const Recording& r) {
-    const auto peak = std::ranges::max_element(r.pressure) - r.pressure.begin();
-    const double half = 0.5 * r.pressure[std::size_t(120)];  // the plateau, a second in
+    const double half = 0.5 * r.pressure[120];  // the plateau, a second in
     int count = 0;
-    for (std::ptrdiff_t n = 121; n < peak; ++n) {
-      const auto at = static_cast<std::size_t>(n);
-      count += r.pressure[at] < half && r.pressure[at - 1] >= half ? 1 : 0;
+    for (std::size_t n = 121; n < peak_index(r); ++n) {
+      count += r.pressure[n] < half && r.pressure[n - 1] >= half ? 1 : 0;
     }
     return count;
   };
@@ -220,7 +205,7 @@ TEST("the intermittent technique releases the plunger between advances; the othe
   }
 }
 
-TEST("a table with a hole in it is refused by file, line and id") {
+TEST("an incomplete table is refused by file, line and id") {
   const scratch::Folder folder;
   const auto read = [&](const std::string& rows) {
     return io::read_published_values(

@@ -2,9 +2,6 @@
 
 #include "reports/run_report.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "model/problem/recording.hpp"
 #include "model/problem/trace.hpp"
 #include "reports/plot/trace_figures.hpp"
@@ -41,19 +38,13 @@ TEST("columns of one record and unit share a figure, and positions start at zero
   CHECK(figures[1].series[0].label == "fx");
 }
 
-TEST("the snapshot shows the slice of the node that moved furthest, and says how much larger") {
+TEST("the snapshot shows the slice of the node that moved furthest; without motion there is none") {
   const auto figure = snapshot_figure(moving_block());
   REQUIRE(figure);
   CHECK(figure->series.size() == 2);
   CHECK(figure->series[0].x.size() == 9);
-  REQUIRE(figure);
-  CHECK_CONTAINS(figure->caption, "0.1 mm");
-  CHECK_CONTAINS(figure->caption, "10 times larger");
-  REQUIRE(figure);
+  CHECK_CONTAINS(figure->caption, "0.1 mm", "10 times larger");
   CHECK(*figure->y.minimum > *figure->y.maximum);
-}
-
-TEST("a trace that never moved, or was cut short, has no snapshot and still a page") {
   Trace trace = moving_block();
   trace.frames.position[1] = trace.frames.position[0];
   CHECK(!snapshot_figure(trace));
@@ -70,13 +61,9 @@ TEST("the page makes no request, escapes what it shows and gives the same bytes 
                          .skipped = {"no <needle>"},
                          .warnings = {"a </script> b"}};
   const std::string html = to_html(report, moving_block());
-  for (const char* request :
-       {"src=\"http", "href=\"http", "url(http", "@import", "sourceMappingURL", "<run>", "<all>",
-        "<needle>", "tip</script>", "skin <1>"}) {
-    CHECK(!check::contains(html, request));
-  }
-  CHECK_CONTAINS(html, "class=\"verdict fail\"");
-  CHECK_CONTAINS(html, "new Dygraph");
+  CHECK_LACKS(html, "src=\"http", "href=\"http", "url(http", "@import", "sourceMappingURL", "<run>",
+              "<all>", "<needle>", "tip</script>", "skin <1>");
+  CHECK_CONTAINS(html, "class=\"verdict fail\"", "new Dygraph");
   CHECK(html == to_html(report, moving_block()));
 }
 
@@ -93,32 +80,26 @@ std::string layer_at(double depth_mm) {
 /// advances, friction 0.5 N per mm with the sign of the motion.
 Trace needle_trace() {
   Trace trace;
-  Column depth{"tool.depth_m", "m", {}};
-  Column force{"tool.force_n", "N", {}};
-  Column cutting{"tool.cutting_n", "N", {}};
-  Column friction{"tool.friction_n", "N", {}};
-  Column stiffness{"tool.stiffness_n", "N", {}};
-  Column pressure{"syringe.pressure_pa", "Pa", {}};
-  Column lateral{"tool.lateral_n", "N", {}};
-  TextColumn layer{"tool.layer", {}};
+  trace.columns = {{"tool.depth_m", "m", {}},     {"tool.force_n", "N", {}},
+                   {"tool.cutting_n", "N", {}},   {"tool.friction_n", "N", {}},
+                   {"tool.stiffness_n", "N", {}}, {"syringe.pressure_pa", "Pa", {}},
+                   {"tool.lateral_n", "N", {}}};
+  trace.text_columns = {{"tool.layer", {}}, {"tool.event", std::vector<std::string>(22)}};
   for (int n = 0; n <= 21; ++n) {
     const double mm = n < 1 ? 0.0 : n <= 11 ? n - 1.0 : 21.0 - n;
     const bool advances = n > 1 && n <= 11;
     const std::string where = layer_at(mm);
-    const double cut = !advances ? 0.0 : where == "skin" ? 2.0 : where == "ligament" ? 5.0 : 0.0;
+    const double cutting = !advances             ? 0.0
+                           : where == "skin"     ? 2.0
+                           : where == "ligament" ? 5.0
+                                                 : 0.0;
+    const double friction = (advances ? 0.5 : -0.5) * mm;
+    const double pressure = (where.starts_with("epidural") ? 1.0 : 200.0) * pascals_per_mmhg;
     trace.time.push_back(0.1 * n);
-    depth.values.push_back(1e-3 * mm);
-    cutting.values.push_back(cut);
-    friction.values.push_back((advances ? 0.5 : -0.5) * mm);
-    stiffness.values.push_back(0.0);
-    force.values.push_back(cut + friction.values.back());
-    pressure.values.push_back(where.starts_with("epidural") ? pascals_per_mmhg
-                                                            : 200.0 * pascals_per_mmhg);
-    lateral.values.push_back(1e-9);
-    layer.values.push_back(where);
+    const double row[] = {1e-3 * mm, cutting + friction, cutting, friction, 0.0, pressure, 1e-9};
+    for (std::size_t c = 0; c < std::size(row); ++c) { trace.columns[c].values.push_back(row[c]); }
+    trace.text_columns[0].values.push_back(where);
   }
-  trace.columns = {depth, force, cutting, friction, stiffness, pressure, lateral};
-  trace.text_columns = {layer, {"tool.event", std::vector<std::string>(22)}};
   trace.events = {{0.2, "contact", "skin"},
                   {0.4, "puncture", "ligament"},
                   {0.8, "loss-of-resistance", "epidural <space>"},
@@ -126,14 +107,18 @@ Trace needle_trace() {
   return trace;
 }
 
+void set(Trace& trace, std::string_view name, double value) {
+  for (Column& column : trace.columns) {
+    if (column.name == name) { column.values.assign(column.values.size(), value); }
+  }
+}
+
 /// Same motion of a blunt tool.
 Trace probe_trace() {
   Trace trace = needle_trace();
   std::erase_if(trace.columns, [](const Column& c) { return c.name.starts_with("syringe"); });
-  for (Column& column : trace.columns) {
-    const bool part = column.name == "tool.cutting_n" || column.name == "tool.friction_n";
-    if (part) { column.values.assign(column.values.size(), 0.0); }
-  }
+  set(trace, "tool.cutting_n", 0.0);
+  set(trace, "tool.friction_n", 0.0);
   return trace;
 }
 
@@ -148,21 +133,17 @@ const Fact* fact(const std::vector<Fact>& facts, const std::string& label) {
   return found == facts.end() ? nullptr : &*found;
 }
 
-void set(Trace& trace, const std::string& name, double value) {
-  for (Column& column : trace.columns) {
-    if (column.name == name) { column.values.assign(column.values.size(), value); }
-  }
+const Fact& required(const std::vector<Fact>& facts, const std::string& label) {
+  const Fact* found = fact(facts, label);
+  REQUIRE(found != nullptr);
+  return *found;
 }
 
-TEST("the first pass takes each depth once, from the last tick before the tool moves") {
-  const Trace trace = needle_trace();
-  const std::vector<std::size_t> rows = first_pass(trace);
+TEST("the first pass takes each depth once, and its layers meet where the label changes") {
+  const std::vector<std::size_t> rows = first_pass(needle_trace());
   REQUIRE(rows.size() == 11);
-  CHECK(rows.front() == 1);
+  CHECK(rows.front() == 1);  // the last tick before the tool moves
   CHECK(rows.back() == 11);
-}
-
-TEST("layers over depth come from the way in alone and meet where the label changes") {
   const std::vector<Zone> zones = layers_over_depth(needle_trace());
   REQUIRE(zones.size() == 3);
   CHECK(zones[0].label == "skin");
@@ -174,16 +155,13 @@ TEST("layers over depth come from the way in alone and meet where the label chan
   CHECK_NEAR(zones[2].end, 10.0, rounding);
 }
 
-TEST("layers over time are those of the way in and of the way out") {
-  const std::vector<Zone> zones = layers_over_time(needle_trace());
+TEST("layers over time are those of the way in and of the way out, not of a tip at rest") {
+  Trace trace = needle_trace();
+  const std::vector<Zone> zones = layers_over_time(trace);
   REQUIRE(zones.size() == 5);
   CHECK(zones[0].label == zones[4].label);
   CHECK(zones[1].label == zones[3].label);
-}
-
-TEST("a tip that rests on the skin does not fill the picture with zones") {
-  Trace trace = needle_trace();
-  for (int n = 0; n < 4000; ++n) {
+  for (int n = 0; n < 4000; ++n) {  // between skin and air
     trace.time.push_back(2.2 + 1e-3 * n);
     trace.text_columns[0].values.push_back(n % 2 == 0 ? "skin" : "");
     for (Column& column : trace.columns) { column.values.push_back(0.0); }
@@ -191,7 +169,7 @@ TEST("a tip that rests on the skin does not fill the picture with zones") {
   CHECK(layers_over_time(trace).size() == 5);
 }
 
-TEST("a needle's figures come in order, in mm, N and mmHg, with their events") {
+TEST("the figures of a needle are in order, in mm, N and mmHg, with their events") {
   const std::vector<Figure> figures = tool_figures(needle_trace());
   CHECK((ids_of(figures) == std::vector<std::string>{"force-over-depth", "force-parts",
                                                      "force-over-time", "pressure-over-time"}));
@@ -224,39 +202,28 @@ TEST("the parts are stacked without gaps and end at the sum") {
   }
 }
 
-TEST("a probe shows its force over depth and time, and nothing else") {
-  const std::vector<Figure> figures = tool_figures(probe_trace());
-  CHECK((ids_of(figures) == std::vector<std::string>{"force-over-depth", "force-over-time"}));
-  CHECK(figures[0].zones.empty());
-}
-
-TEST("lateral force is shown when there is any") {
-  Trace trace = needle_trace();
-  set(trace, "tool.lateral_n", 0.3);
-  CHECK(ids_of(tool_figures(trace)).back() == "lateral-force");
-}
-
-TEST("nothing is shown twice, and a trace without a tool has no such figure") {
-  CHECK(figures_over_time(needle_trace()).empty());
+TEST("each tool has the figures of its columns, and a trace without a tool has none") {
+  const std::vector<Figure> probe = tool_figures(probe_trace());
+  CHECK((ids_of(probe) == std::vector<std::string>{"force-over-depth", "force-over-time"}));
+  CHECK(probe[0].zones.empty());
+  Trace lateral = needle_trace();
+  set(lateral, "tool.lateral_n", 0.3);
+  CHECK(ids_of(tool_figures(lateral)).back() == "lateral-force");
+  CHECK(figures_over_time(needle_trace()).empty());  // nothing is shown twice
   CHECK(tool_traces(needle_trace()).size() == 2);
-  CHECK(tool_figures(Trace{.time = {0.0, 1.0}}).empty());
-  CHECK(tool_facts(Trace{.time = {0.0, 1.0}}).empty());
+  const Trace bare{.time = {0.0, 1.0}};
+  CHECK(tool_figures(bare).empty());
+  CHECK(tool_facts(bare).empty());
+  CHECK(falcon_figures(Trace{}).empty());
 }
 
-TEST("the facts say the peak force, where it was, and the loss of resistance") {
+TEST("the facts are the peak force, its layer, the loss of resistance and the peak pressure") {
   const std::vector<Fact> facts = tool_facts(needle_trace());
-  const Fact* peak = fact(facts, "peak force");
-  REQUIRE(peak != nullptr);
-  CHECK_CONTAINS(peak->value, "8");
-  CHECK_CONTAINS(peak->explanation, "ligament");
-  const Fact* loss = fact(facts, "loss of resistance");
-  REQUIRE(loss != nullptr);
-  CHECK_CONTAINS(loss->value, "7");
-  REQUIRE(loss != nullptr);
-  CHECK_CONTAINS(loss->explanation, "falls by 4.5");  // 8 N to 3.5 N
-  const Fact* pressure = fact(facts, "peak pressure");
-  REQUIRE(pressure != nullptr);
-  CHECK_CONTAINS(pressure->value, "200");
+  CHECK_CONTAINS(required(facts, "peak force").value, "8");
+  CHECK_CONTAINS(required(facts, "peak force").explanation, "ligament");
+  CHECK_CONTAINS(required(facts, "loss of resistance").value, "7");
+  CHECK_CONTAINS(required(facts, "loss of resistance").explanation, "falls by 4.5");  // 8 to 3.5 N
+  CHECK_CONTAINS(required(facts, "peak pressure").value, "200");
 }
 
 TEST("an event has the depth, and the force one tick before it and at it") {
@@ -269,36 +236,30 @@ TEST("an event has the depth, and the force one tick before it and at it") {
   CHECK_NEAR(std::get<double>(table.rows[2][5]), 3.5, 1e-12);
 }
 
-TEST("a run that broke off or holds no numbers still has a page") {
-  Trace trace = needle_trace();
-  set(trace, "tool.depth_m", std::nan(""));
-  set(trace, "tool.force_n", std::nan(""));
-  CHECK_CONTAINS(to_html(RunReport{.title = "broken"}, trace), "Forces on the tool");
-  Trace one = needle_trace();
-  one.time.resize(1);
-  for (Column& column : one.columns) { column.values.resize(1); }
-  CHECK_CONTAINS(to_html(RunReport{.title = "short"}, one), "short");
-}
-
-TEST("the page begins with the tool, escapes its layers and gives the same bytes twice") {
+TEST("the page begins with the tool, also of a run that broke off or holds no numbers") {
   const RunReport report{.title = "needle", .facts = {{"nodes", "27", ""}}};
-  const std::string html = to_html(report, needle_trace());
-  CHECK(html.find("Key facts") < html.find("Forces on the tool"));
-  CHECK(html.find("Forces on the tool") < html.find("<h2>Events"));
-  CHECK(!check::contains(html, "epidural <space>"));
-  CHECK(html == to_html(report, needle_trace()));
+  Trace trace = needle_trace();
+  const std::string html = to_html(report, trace);
+  CHECK_ORDER(html, "Key facts", "Forces on the tool", "<h2>Events");
+  CHECK_LACKS(html, "epidural <space>");
+  CHECK(html == to_html(report, trace));
+  for (const char* column : {"tool.depth_m", "tool.force_n"}) { set(trace, column, std::nan("")); }
+  CHECK_CONTAINS(to_html(RunReport{.title = "broken"}, trace), "Forces on the tool");
+  trace = needle_trace();
+  trace.time.resize(1);
+  for (Column& column : trace.columns) { column.values.resize(1); }
+  CHECK_CONTAINS(to_html(RunReport{.title = "short"}, trace), "short");
 }
 
 /// Box with half sides 3, 4 and 10 N; its corners are in random order.
 FalconFacts box() {
-  FalconFacts facts;
+  FalconFacts facts{.weakest_force = 3.0, .axial_force = 10.0};
   for (unsigned n = 0; n < 8; ++n) {
-    const unsigned corner = (5 * n) % 8;
-    facts.force_corners[n] = {(corner & 1U) != 0U ? 3.0 : -3.0, (corner & 2U) != 0U ? 4.0 : -4.0,
-                              (corner & 4U) != 0U ? 10.0 : -10.0};
+    const auto side = [corner = 5 * n](unsigned bit, double half) {
+      return (corner & bit) != 0U ? half : -half;
+    };
+    facts.force_corners[n] = {side(1, 3.0), side(2, 4.0), side(4, 10.0)};
   }
-  facts.weakest_force = 3.0;
-  facts.axial_force = 10.0;
   return facts;
 }
 
@@ -323,10 +284,7 @@ TEST("the reach of the motors is drawn as closed outlines of the box seen from t
     CHECK(outline.y.front() == outline.y.back());
     CHECK_NEAR(area_of(outline), areas[side], 1e-12);
   }
-}
-
-TEST("what every direction can have is a circle inside both outlines, and the axes hold all") {
-  const Figure figure = force_reach_figure(box());
+  // What every direction can have is a circle, and the axes hold all.
   const Series& circle = figure.series[2];
   for (std::size_t n = 0; n < circle.x.size(); ++n) {
     CHECK_NEAR(std::hypot(circle.x[n], circle.y[n]), 3.0, 1e-12);
@@ -338,19 +296,18 @@ TEST("what every direction can have is a circle inside both outlines, and the ax
   }
 }
 
-TEST("a device that lost its place or its line is told, and a sound one is not") {
+TEST("a device that lost its position or its line is reported, and a sound one is not") {
   FalconFacts facts = box();
   facts.ticks = 1000;
   facts.saturated = 25;
-  CHECK(fact(falcon_fact_list(facts), "ticks without a place") == nullptr);
-  CHECK(fact(falcon_fact_list(facts), "requests without reply") == nullptr);
-  CHECK(fact(falcon_fact_list(facts), "motors at their limit")->value == "2.5\u00a0%");
+  const std::vector<Fact> sound = falcon_fact_list(facts);
+  CHECK(fact(sound, "ticks without a place") == nullptr);
+  CHECK(fact(sound, "requests without reply") == nullptr);
+  CHECK(required(sound, "motors at their limit").value == "2.5\u00a0%");
   facts.unhomed = 7;
   facts.unanswered = 9;
-  CHECK(fact(falcon_fact_list(facts), "ticks without a place")->value == "7");
-  CHECK(fact(falcon_fact_list(facts), "requests without reply")->value == "9");
+  CHECK(required(falcon_fact_list(facts), "ticks without a place").value == "7");
+  CHECK(required(falcon_fact_list(facts), "requests without reply").value == "9");
 }
-
-TEST("a trace without a device has no figures of one") { CHECK(falcon_figures(Trace{}).empty()); }
 
 }  // namespace

@@ -16,22 +16,21 @@ inline Figure curve() {
                 .caption = "The error falls with the square of the step.",
                 .x = {.label = "step (s)", .logarithmic = true},
                 .y = {.label = "error (1)", .logarithmic = true}};
-  Series measured{.label = "measured_error^2", .style = Series::Style::line_and_points};
-  Series floor{.label = "floor", .style = Series::Style::dashed};
+  figure.series = {
+      {.label = "measured_error^2", .style = Series::Style::line_and_points},
+      {.label = "floor", .style = Series::Style::dashed},
+      {.label = "band",
+       .style = Series::Style::band,
+       .x = {0.01, 1.0},
+       .y = {1e-5, 1e-3},
+       .y2 = {1e-4, 1e-2}},
+  };
   for (int n = 0; n < 8; ++n) {
     const double h = std::pow(0.5, n);
-    measured.x.push_back(h);
-    measured.y.push_back(n == 3 ? std::nan("") : h * h);
-    floor.x.push_back(h);
-    floor.y.push_back(1e-6);
+    for (std::size_t s : {0U, 1U}) { figure.series[s].x.push_back(h); }
+    figure.series[0].y.push_back(n == 3 ? std::nan("") : h * h);
+    figure.series[1].y.push_back(1e-6);
   }
-  figure.series = {measured,
-                   floor,
-                   {.label = "band",
-                    .style = Series::Style::band,
-                    .x = {0.01, 1.0},
-                    .y = {1e-5, 1e-3},
-                    .y2 = {1e-4, 1e-2}}};
   return figure;
 }
 
@@ -41,15 +40,13 @@ inline Figure map() {
                 .caption = "Where a step amplifies.",
                 .x = {.label = "h omega (1)"},
                 .y = {.label = "damping ratio (1)"}};
-  HeatMap heat{.label = "log10 growth (1)"};
-  for (int n = 0; n < 12; ++n) {
-    heat.x.push_back(0.25 * n);
-    heat.y.push_back(0.1 * n);
-  }
+  HeatMap& heat = figure.heat_map.emplace();
+  heat.label = "log10 growth (1)";
   for (int row = 0; row < 12; ++row) {
+    heat.x.push_back(0.25 * row);
+    heat.y.push_back(0.1 * row);
     for (int column = 0; column < 12; ++column) { heat.z.push_back(std::sin(0.4 * row) * column); }
   }
-  figure.heat_map = heat;
   figure.series = {{.label = "theory", .x = {0.0, 2.75}, .y = {1.1, 0.0}}};
   return figure;
 }
@@ -79,17 +76,22 @@ inline Figure layered() {
   return figure;
 }
 
+inline Quantity bounded(const char* name, double value, const char* unit, double lower,
+                        double upper) {
+  return {.name = name,
+          .value = value,
+          .unit = unit,
+          .lower = lower,
+          .upper = upper,
+          .bound_from = "theory"};
+}
+
 inline Results results() {
   Outcome good{.name = "oscillator/order/rk4",
                .suite = "accuracy",
                .claim = "rk4 converges at order 4",
                .seconds = 0.25};
-  good.judge({.name = "observed_order",
-              .value = 4.01,
-              .unit = "1",
-              .lower = 3.85,
-              .upper = 4.15,
-              .bound_from = "theory"});
+  good.judge(bounded("observed_order", 4.01, "1", 3.85, 4.15));
   good.judge(
       {.name = "error", .value = 1e-9, .unit = "m", .upper = 1e-8, .bound_from = "round-off"});
   good.judge({.name = "rungs", .value = 6.0});
@@ -106,16 +108,10 @@ inline Results results() {
   Outcome bad{.name = "network/patch-test",
               .suite = "accuracy",
               .claim = "a block has the modulus that it was built from"};
-  bad.judge({.name = "modulus",
-             .value = std::nan(""),
-             .unit = "Pa",
-             .lower = 1.0,
-             .upper = 2.0,
-             .bound_from = "theory"});
+  bad.judge(bounded("modulus", std::nan(""), "Pa", 1.0, 2.0));
   conclude(bad);
-  Outcome skipped{.name = "patient/lumbar",
-                  .suite = "accuracy",
-                  .claim = "a patient's network moves as its references"};
+  Outcome skipped{
+      .name = "patient/lumbar", .suite = "accuracy", .claim = "a network moves as its references"};
   skipped.skip("the folder lumbar_network is absent");
   Outcome broken{.name = "stability/drift",
                  .suite = "stability",

@@ -2,7 +2,6 @@
 
 #include "reports/html/results_page.hpp"
 
-#include <cmath>
 #include <regex>
 #include <set>
 
@@ -31,16 +30,12 @@ TEST("the share of a bound is at most one exactly when the quantity holds") {
   }
 }
 
-TEST("a bound below zero is used up by values that come near it") {
+TEST("the share of a bound has its closed form, also below zero and with an uncertainty") {
   CHECK_NEAR(share_of_bound({.value = -24.53, .upper = -1.0}), 1.0 / 24.53, 1e-15);
   CHECK_NEAR(share_of_bound({.value = -1.0, .lower = -2.0}), 0.5, 1e-15);
   CHECK_NEAR(share_of_bound({.value = 3.0, .lower = -2.0}), 0.0, 1e-15);
   CHECK(share_of_bound({.value = -3.0, .upper = 0.0}) == 0.0);
   CHECK(share_of_bound({.value = 0.0, .upper = 0.0}) == 1.0);
-}
-
-TEST(
-    "the share of a bound counts the uncertainty, so an inconclusive quantity uses more than all") {
   const Quantity near{.value = 0.9, .upper = 1.0, .bound_from = "theory", .uncertainty = 0.2};
   CHECK(near.status() == Status::inconclusive);
   CHECK_NEAR(share_of_bound(near), 1.1, 1e-15);
@@ -57,14 +52,14 @@ TEST("a count that is met says nothing about how near another quantity is") {
   CHECK(tightest_quantity(outcome)->name == "nothing");
 }
 
-TEST("a value and a bound that differ never read the same") {
+TEST("a value and a bound that differ have different texts") {
   const Quantity q{.value = 6.0205999131, .unit = "dB", .lower = 6.0205999128};
   CHECK(measured_text(q) != allowed_text(q).substr(4));
   CHECK(allowed_text(q).starts_with("≥ 6.02059991"));
   CHECK(allowed_text({.value = 1.0, .lower = 1.0, .upper = 1.0}) == "= 1");
 }
 
-TEST("text cannot leave the place it is put into") {
+TEST("markup in text is escaped, and invalid bytes are replaced") {
   CHECK(escape_markup("<a b='c' d=\"e\"> & \x01") ==
         "&lt;a b=&#39;c&#39; d=&quot;e&quot;&gt; &amp; ?");
   CHECK(escape_markup("µ ω 10⁻³") == "µ ω 10⁻³");
@@ -81,14 +76,11 @@ std::vector<std::string> all_matches(const std::string& text, const char* patter
 }
 
 TEST("a report makes no request and escapes what it shows") {
-  const std::string html = to_html(sample::results());
-  for (const char* request : {"src=\"http", "href=\"http", "url(http", "@import",
-                              "sourceMappingURL", "<tags>", "<fast>", "<over>"}) {
-    CHECK(!check::contains(html, request));
-  }
+  CHECK_LACKS(to_html(sample::results()), "src=\"http", "href=\"http", "url(http", "@import",
+              "sourceMappingURL", "<tags>", "<fast>", "<over>");
 }
 
-TEST("the verdict comes first, red when a case fell short and green when all hold") {
+TEST("the verdict comes first, red if a case fails and green if all hold") {
   Results results = sample::results();
   CHECK_CONTAINS(
       to_html(results),
@@ -100,15 +92,13 @@ TEST("the verdict comes first, red when a case fell short and green when all hol
   CHECK_CONTAINS(to_html(results), "<strong>FAIL: no case ran<");
 }
 
-TEST("the worst case stands first in the table") {
-  const std::string html = to_html(sample::results());
-  const auto row = [&](const char* name) { return html.find(name, html.find("<tbody")); };
-  CHECK(row("stability/drift") < row("network/patch-test"));
-  CHECK(row("network/patch-test") < row("oscillator/order/rk4"));
-  CHECK(row("oscillator/order/rk4") < row("patient/lumbar"));
-}
-
-TEST("cases that hold are sorted by the share of the bound that they use") {
+TEST("the worst case is first in the table; cases that hold are sorted by the used share") {
+  const auto table = [](const Results& shown) {
+    const std::string html = to_html(shown);
+    return html.substr(html.find("<tbody"));
+  };
+  CHECK_ORDER(table(sample::results()), "stability/drift", "network/patch-test",
+              "oscillator/order/rk4", "patient/lumbar");
   Results results;
   const auto add = [&results](const char* name, Quantity quantity) {
     Outcome outcome{.name = name, .suite = "accuracy", .claim = "It holds."};
@@ -119,13 +109,10 @@ TEST("cases that hold are sorted by the share of the bound that they use") {
   add("far-below", {.name = "log10 of growth", .value = -24.53, .upper = -1.0});
   add("near", {.name = "error", .value = 0.9, .upper = 1.0});
   add("between", {.name = "error", .value = 0.5, .upper = 1.0});
-  const std::string html = to_html(results);
-  const auto row = [&](const char* name) { return html.find(name, html.find("<tbody")); };
-  CHECK(row("near") < row("between"));
-  CHECK(row("between") < row("far-below"));
+  CHECK_ORDER(table(results), "near", "between", "far-below");
 }
 
-TEST("every link leads to one place on the page") {
+TEST("links and classes are defined, a skipped case and an error say why, and bytes are the same") {
   const std::string html = to_html(sample::results());
   const std::vector<std::string> ids = all_matches(html, " id=\"([^\"]*)\"");
   const std::set<std::string> unique(ids.begin(), ids.end());
@@ -133,24 +120,12 @@ TEST("every link leads to one place on the page") {
   for (const std::string& target : all_matches(html, "href=\"#([^\"]*)\"")) {
     CHECK(unique.contains(target));
   }
-}
-
-TEST("every class that a figure uses is in the style sheet") {
-  const std::string html = to_html(sample::results());
   for (const std::string& classes : all_matches(html, "<path class=\"([^\"]*)\"")) {
     for (const std::string& one : all_matches(classes, "([a-z0-9]+)")) {
       CHECK_CONTAINS(html, "." + one + " {");
     }
   }
-}
-
-TEST("a skipped case and an error say why") {
-  const std::string html = to_html(sample::results());
-  CHECK_CONTAINS(html, "the folder lumbar_network is absent");
-  CHECK_CONTAINS(html, "solver: flag -4");
-}
-
-TEST("the same results give the same bytes") {
+  CHECK_CONTAINS(html, "the folder lumbar_network is absent", "solver: flag -4");
   CHECK(to_html(sample::results()) == to_html(sample::results()));
 }
 

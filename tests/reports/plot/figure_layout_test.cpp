@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
-#include <cmath>
-
 #include "reports/plot/axis_range.hpp"
 #include "reports/plot/thinning.hpp"
 #include "reports/plot/zone_labels.hpp"
@@ -59,24 +56,17 @@ TEST("a small tick label is a power of ten") {
   CHECK(linear_ticks({-0.5, 0.5, false}, 5).front().label == "−0.4");
 }
 
-TEST("values that cannot be drawn do not widen an axis") {
+TEST("an axis spans what can be drawn, the whole cells of a heat map, or nothing") {
   Figure figure = sample::curve();
   figure.series[0].y[0] = -5.0;
   figure.series[0].y[1] = unbounded;
-  const Range range = y_range(figure);
-  CHECK(range.low > 0.0);
-  CHECK(range.high < 10.0);
-}
-
-TEST("an axis without a value is empty") {
+  CHECK(y_range(figure).low > 0.0);
+  CHECK(y_range(figure).high < 10.0);
   CHECK(x_range(Figure{}).empty);
   CHECK(y_range(Figure{.series = {{.x = {1.0}, .y = {std::nan("")}}}}).empty);
-}
-
-TEST("the cells of a heat map are whole") {
-  const Figure figure = sample::map();             // centres from 0 to 2.75 in steps of 0.25
-  CHECK_NEAR(x_range(figure).low, -0.125, 1e-12);  // rounding of a sum
-  CHECK_NEAR(x_range(figure).high, 2.875, 1e-12);
+  const Figure map = sample::map();             // centres from 0 to 2.75 in steps of 0.25
+  CHECK_NEAR(x_range(map).low, -0.125, 1e-12);  // rounding of a sum
+  CHECK_NEAR(x_range(map).high, 2.875, 1e-12);
 }
 
 Figure with_y(const std::string& label, double largest) {
@@ -85,34 +75,31 @@ Figure with_y(const std::string& label, double largest) {
           .series = {{.x = {0.0, 1.0}, .y = {0.0, largest}}}};
 }
 
-TEST("a displacement of a millimetre is drawn in millimetres and means the same") {
-  const Figure figure = in_field_units(with_y("displacement (m)", 9e-4));
-  CHECK(figure.y.label == "displacement (mm)");
-  CHECK_NEAR(figure.series[0].y[1], 0.9, 1e-15);  // one rounding
-  CHECK(figure.x.label == "time (s)");
-  CHECK(figure.series[0].x[1] == 1.0);
-}
-
-TEST("each size has its prefix, and unknown or logarithmic axes have none") {
-  CHECK(in_field_units(with_y("p (Pa)", 2.5e4)).y.label == "p (kPa)");
-  CHECK(in_field_units(with_y("p (Pa)", 2.5e3)).y.label == "p (Pa)");
-  CHECK(in_field_units(with_y("f (N)", 3e-7)).y.label == "f (µN)");
-  CHECK(in_field_units(with_y("t (s)", 1e5)).y.label == "t (s)");
-  CHECK(in_field_units(with_y("n (1)", 1e-5)).y.label == "n (1)");
-  CHECK(in_field_units(with_y("x", 1e-5)).y.label == "x");
+TEST("each size has its prefix, unknown and logarithmic axes have none, equal scales stay equal") {
+  const Figure millimetres = in_field_units(with_y("displacement (m)", 9e-4));
+  CHECK(millimetres.y.label == "displacement (mm)");
+  CHECK_NEAR(millimetres.series[0].y[1], 0.9, 1e-15);  // one rounding
+  CHECK(millimetres.x.label == "time (s)");
+  CHECK(millimetres.series[0].x[1] == 1.0);
+  for (const auto& [label, largest, shown] : {
+           std::tuple{"p (Pa)", 2.5e4, "p (kPa)"},
+           std::tuple{"p (Pa)", 2.5e3, "p (Pa)"},
+           std::tuple{"f (N)", 3e-7, "f (µN)"},
+           std::tuple{"t (s)", 1e5, "t (s)"},
+           std::tuple{"n (1)", 1e-5, "n (1)"},
+           std::tuple{"x", 1e-5, "x"},
+       }) {
+    CHECK(in_field_units(with_y(label, largest)).y.label == shown);
+  }
   Figure logarithmic = with_y("e (m)", 1e-5);
   logarithmic.y.logarithmic = true;
   CHECK(in_field_units(logarithmic).y.label == "e (m)");
-}
-
-TEST("equal scales stay equal") {
-  Figure figure{.x = {.label = "x (m)"},
-                .y = {.label = "z (m)"},
-                .series = {{.x = {0.0, 0.005}, .y = {0.0, 5e-6}}},
-                .square = true};
-  figure = in_field_units(figure);
-  CHECK(figure.x.label == "x (mm)");
-  CHECK(figure.y.label == "z (mm)");
+  const Figure square = in_field_units({.x = {.label = "x (m)"},
+                                        .y = {.label = "z (m)"},
+                                        .series = {{.x = {0.0, 0.005}, .y = {0.0, 5e-6}}},
+                                        .square = true});
+  CHECK(square.x.label == "x (mm)");
+  CHECK(square.y.label == "z (mm)");
 }
 
 const Projection plain = [](double x, double y) { return Pixel{x, y}; };
@@ -121,33 +108,26 @@ bool has(const std::vector<std::size_t>& kept, std::size_t index) {
   return std::ranges::find(kept, index) != kept.end();
 }
 
-TEST("a rising curve keeps every extreme and at most four samples of a pixel column") {
-  Series series;
+TEST("a rising curve keeps every extreme of its edges and at most four samples of a pixel column") {
+  Series series, band{.style = Series::Style::band};
   for (int n = 0; n < 100000; ++n) {
     series.x.push_back(n / 1000.0);
     series.y.push_back(std::sin(0.37 * n) + (n == 77777 ? 50.0 : 0.0) - (n == 33333 ? 50.0 : 0.0));
   }
-  const std::vector<std::size_t> kept = thinned(series, plain);
-  CHECK(has(kept, 77777));
-  CHECK(has(kept, 33333));
-  CHECK(has(kept, 0));
-  CHECK(has(kept, 99999));
-  REQUIRE(kept.size() <= 400);
-  REQUIRE(kept.size() >= 300);
-  CHECK(std::ranges::is_sorted(kept));
-}
-
-TEST("a band keeps the extremes of both edges") {
-  Series band{.style = Series::Style::band};
   for (int n = 0; n < 5000; ++n) {
     band.x.push_back(n / 1000.0);
     band.y.push_back(n == 1234 ? -9.0 : 0.0);
     band.y2.push_back(n == 4321 ? 9.0 : 1.0);
   }
-  const std::vector<std::size_t> kept = thinned(band, plain);
-  CHECK(has(kept, 1234));
-  CHECK(has(kept, 4321));
-  REQUIRE(kept.size() < 30);
+  const std::vector<std::size_t> kept = thinned(series, plain);
+  for (const std::size_t extreme : {77777U, 33333U, 0U, 99999U}) { CHECK(has(kept, extreme)); }
+  CHECK(kept.size() <= 400);
+  CHECK(kept.size() >= 300);
+  CHECK(std::ranges::is_sorted(kept));
+  const std::vector<std::size_t> of_band = thinned(band, plain);
+  CHECK(has(of_band, 1234));
+  CHECK(has(of_band, 4321));
+  CHECK(of_band.size() < 30);
 }
 
 TEST("a loop is kept to half a pixel") {
@@ -168,14 +148,11 @@ TEST("a loop is kept to half a pixel") {
   CHECK_NEAR(widest, 0.5, 0.2);  // half a pixel, and a sample is a tenth of one
 }
 
-TEST("a gap stays a gap, once") {
+TEST("a gap stays a gap, once, and points that cover each other are drawn once") {
   const double gap = std::nan("");
   const Series series{.x = {0.0, 1.0, 2.0, 3.0, 4.0}, .y = {0.0, gap, gap, 1.0, 2.0}};
   const std::vector<std::size_t> expected{0, 1, 3, 4};
   CHECK(thinned(series, plain) == expected);
-}
-
-TEST("points that cover each other are drawn once") {
   Series points{.style = Series::Style::points};
   for (int n = 0; n < 10000; ++n) {
     points.x.push_back(n % 7);
@@ -184,20 +161,11 @@ TEST("points that cover each other are drawn once") {
   CHECK(thinned(points, plain).size() == 7);
 }
 
-const ZoneLabel* find(const std::vector<ZoneLabel>& labels, const std::string& first_line) {
+const ZoneLabel& find(const std::vector<ZoneLabel>& labels, const std::string& first_line) {
   const auto found = std::ranges::find_if(
       labels, [&](const ZoneLabel& label) { return label.lines.front() == first_line; });
-  return found == labels.end() ? nullptr : &*found;
-}
-
-bool overlap(const std::vector<ZoneLabel>& labels) {
-  for (std::size_t a = 0; a < labels.size(); ++a) {
-    for (std::size_t b = a + 1; b < labels.size(); ++b) {
-      const double apart = std::abs(labels[a].middle - labels[b].middle);
-      if (apart < 0.5 * (labels[a].width + labels[b].width)) { return true; }
-    }
-  }
-  return false;
+  REQUIRE(found != labels.end());
+  return *found;
 }
 
 /// Seven layers in front of the spinal canal, 46 mm on 400 pixels.
@@ -211,22 +179,13 @@ std::vector<ZoneSpan> spine() {
           {"dura", 394.0, 400.0}};
 }
 
-TEST("wide zones are labelled along, narrow ones upright or in two lines, and none is lost") {
-  const std::vector<ZoneLabel> labels = place_zone_labels(spine(), 400.0, 120.0);
-  CHECK(labels.size() == 7);
-  const ZoneLabel* wide = find(labels, "interspinous ligament");
-  REQUIRE(wide != nullptr);
-  CHECK(!wide->upright);
-  const ZoneLabel* narrow = find(labels, "supraspinous");
-  REQUIRE(narrow != nullptr);
-  CHECK(narrow->upright);
-  CHECK(narrow->lines.size() == 2);
-  const ZoneLabel* thinnest = find(labels, "dura");
-  REQUIRE(thinnest != nullptr);
-  CHECK(thinnest->upright);
-}
-
-TEST("no two labels overlap and none leaves the plot") {
+TEST("wide zones are labelled along, narrow ones upright; no two labels overlap") {
+  const std::vector<ZoneLabel> of_spine = place_zone_labels(spine(), 400.0, 120.0);
+  CHECK(of_spine.size() == 7);
+  CHECK(!find(of_spine, "interspinous ligament").upright);
+  CHECK(find(of_spine, "supraspinous").upright);
+  CHECK(find(of_spine, "supraspinous").lines.size() == 2);
+  CHECK(find(of_spine, "dura").upright);
   std::vector<ZoneSpan> crowd;
   for (int n = 0; n < 120; ++n) {
     crowd.push_back({"layer with a long name", 3.4 * n, 3.4 * (n + 1)});
@@ -234,7 +193,11 @@ TEST("no two labels overlap and none leaves the plot") {
   for (const std::vector<ZoneSpan>& zones : {spine(), crowd}) {
     const std::vector<ZoneLabel> labels = place_zone_labels(zones, 400.0, 120.0);
     REQUIRE(!labels.empty());
-    CHECK(!overlap(labels));
+    for (auto a = labels.begin(); a != labels.end(); ++a) {
+      CHECK(std::none_of(a + 1, labels.end(), [&](const ZoneLabel& b) {
+        return std::abs(a->middle - b.middle) < 0.5 * (a->width + b.width);
+      }));
+    }
     for (const ZoneLabel& label : labels) {
       CHECK(label.middle - 0.5 * label.width >= -1e-9);
       CHECK(label.height <= 120.0);
@@ -243,7 +206,7 @@ TEST("no two labels overlap and none leaves the plot") {
   }
 }
 
-TEST("a label too long for the plot is shortened between characters") {
+TEST("a label too long for the plot is cut between characters; one without width is left out") {
   const std::vector<ZoneLabel> labels =
       place_zone_labels({{"äääääääääääääääääääää", 0.0, 20.0}}, 400.0, 50.0);
   REQUIRE(labels.size() == 1);
@@ -251,9 +214,6 @@ TEST("a label too long for the plot is shortened between characters") {
   CHECK(text.ends_with("…"));
   CHECK(text_width(text) <= 50.0);
   CHECK((text.size() - std::string("…").size()) % 2 == 0);  // ä has two bytes
-}
-
-TEST("a zone without a label or without width has none") {
   CHECK(place_zone_labels({{"", 0.0, 100.0}}, 400.0, 100.0).empty());
   CHECK(place_zone_labels({ZoneSpan{}}, 400.0, 100.0).empty());
 }

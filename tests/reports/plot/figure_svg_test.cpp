@@ -2,8 +2,6 @@
 
 #include "reports/plot/figure_svg.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdlib>
 
 #include "reports/plot/figure_look.hpp"
@@ -14,18 +12,17 @@ namespace {
 
 using namespace palpate;
 
+std::string drawn(const Figure& figure) { return draw_figures({&figure}).at(0); }
+
 TEST("a figure is one svg element that says what it shows and has no colour or id of its own") {
   const Figure figure = sample::curve();
-  const std::string svg = draw_figures({&figure}).at(0);
+  const std::string svg = drawn(figure);
   CHECK(svg.starts_with("<svg"));
   CHECK(svg.ends_with("</svg>"));
   CHECK_CONTAINS(svg,
-                 "aria-label=\"Error &lt;over&gt; step &amp; &quot;more&quot;. The error falls");
-  CHECK_CONTAINS(svg, " s0\"");
-  CHECK_CONTAINS(svg, " s1\"");
-  for (const char* own : {"rgb(", "#0", " id=", "xmlns", "width=\"4", "black"}) {
-    CHECK(!check::contains(svg, own));
-  }
+                 "aria-label=\"Error &lt;over&gt; step &amp; &quot;more&quot;. The error falls",
+                 " s0\"", " s1\"");
+  CHECK_LACKS(svg, "rgb(", "#0", " id=", "xmlns", "width=\"4", "black");
 }
 
 TEST("the same figures give the same bytes, alone or among others") {
@@ -33,29 +30,33 @@ TEST("the same figures give the same bytes, alone or among others") {
   const Figure map = sample::map();
   const std::vector<std::string> both = draw_figures({&curve, &map});
   CHECK(both == draw_figures({&curve, &map}));
-  CHECK(both[1] == draw_figures({&map}).at(0));
+  CHECK(both[1] == drawn(map));
 }
 
 TEST("a figure without a finite value, without series, or with one point is drawn as a frame") {
   Figure figure = sample::curve();
-  for (Series& series : figure.series) { series.y.assign(series.y.size(), std::nan("")); }
-  CHECK(draw_figures({&figure}).at(0).starts_with("<svg"));
-  figure.series = {{.label = "one", .x = {1.0}, .y = {1.0}}};
-  CHECK(draw_figures({&figure}).at(0).starts_with("<svg"));
-  figure.series.clear();
-  CHECK(draw_figures({&figure}).at(0).starts_with("<svg"));
+  Figure layered = sample::layered();
+  for (Figure* each : {&figure, &layered}) {
+    for (Series& series : each->series) { series.y.assign(series.y.size(), std::nan("")); }
+    CHECK(drawn(*each).starts_with("<svg"));
+    each->series.clear();
+    CHECK(drawn(*each).starts_with("<svg"));
+  }
   figure.heat_map = HeatMap{.x = {0.0, 1.0}, .y = {0.0, 1.0}, .z = {2.0, 2.0, 2.0, std::nan("")}};
-  CHECK(draw_figures({&figure}).at(0).starts_with("<svg"));
+  CHECK(drawn(figure).starts_with("<svg"));
+  figure = sample::curve();
+  figure.series = {{.label = "one", .x = {1.0}, .y = {1.0}}};
+  CHECK(drawn(figure).starts_with("<svg"));
 }
 
 TEST("labels are text, not markup") {
   Figure figure = sample::curve();
   figure.x.label = "a' <b> & x^2_{y}";
   figure.series[0].label = "<script>";
-  const std::string svg = draw_figures({&figure}).at(0);
+  const std::string svg = drawn(figure);
   CHECK_CONTAINS(svg, ">a&#39; &lt;b&gt; &amp; x^2_{y}</text>");
   CHECK_CONTAINS(html_legend(figure), "&lt;script&gt;");
-  CHECK(!check::contains(html_legend(figure), "<script>"));
+  CHECK_LACKS(html_legend(figure), "<script>");
 }
 
 TEST("a long series keeps its spike when it is thinned") {
@@ -66,7 +67,7 @@ TEST("a long series keeps its spike when it is thinned") {
     series.y.push_back(n == 123457 ? 1234.5 : 0.0);
   }
   figure.series = {series};
-  const std::string svg = draw_figures({&figure}).at(0);
+  const std::string svg = drawn(figure);
   const std::string path = svg.substr(svg.find("class=\"l s0\""));
   double highest_step = 0.0;  // upwards, which is negative
   for (std::size_t at = path.find('-'); at < path.find("/>"); at = path.find('-', at + 1)) {
@@ -96,45 +97,19 @@ TEST("a path keeps its points to a tenth, without drift") {
   CHECK(path.data() == "M10 20v10l.1 10v10h1z");
 }
 
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; ++at) { ++found; }
-  return found;
-}
-
-TEST("tints lie beneath the grid, and the grid beneath the curves") {
+TEST("a layered figure has tints beneath the grid, areas above it, and escaped labels once each") {
   const Figure figure = sample::layered();
-  const std::string svg = draw_figures({&figure}).at(0);
-  const std::size_t tint = svg.find("class=\"f za\"");
-  const std::size_t grid = svg.find("class=\"l g\"");
-  const std::size_t area = svg.find("class=\"f s0\"");
-  CHECK(tint != std::string::npos);
-  CHECK(area != std::string::npos);
-  CHECK(tint < grid);
-  CHECK(svg.find("class=\"f zb\"") < grid);
-  CHECK(grid < area);
-}
-
-TEST("stacked areas are filled stronger than a band, and their sum is a line in ink") {
-  const Figure figure = sample::layered();
-  const std::string svg = draw_figures({&figure}).at(0);
-  CHECK_CONTAINS(svg, "class=\"f s0\" opacity=\".5\"");
-  CHECK_CONTAINS(svg, "class=\"f s1\" opacity=\".5\"");
-  CHECK_CONTAINS(svg, "class=\"l k\" stroke-width=\"1.7\"");
-  const Figure curve = sample::curve();
-  CHECK_CONTAINS(draw_figures({&curve}).at(0), "class=\"f s2\" opacity=\".2\"");
-}
-
-TEST("labels of zones stand on the picture, those of marks once each in the legend") {
-  const Figure figure = sample::layered();
-  const std::string svg = draw_figures({&figure}).at(0);
+  const std::string svg = drawn(figure);
+  CHECK_ORDER(svg, "class=\"f za\"", "class=\"f zb\"", "class=\"l g\"", "class=\"f s0\"");
+  // Stacked areas are filled stronger than a band, and their sum is a line in ink.
+  CHECK_CONTAINS(svg, "class=\"f s0\" opacity=\".5\"", "class=\"f s1\" opacity=\".5\"",
+                 "class=\"l k\" stroke-width=\"1.7\"", "class=\"note\"", ">skin &lt;1&gt;");
+  CHECK_LACKS(svg, "skin <1>");
+  CHECK_CONTAINS(drawn(sample::curve()), "class=\"f s2\" opacity=\".2\"");
   const std::string legend = html_legend(figure);
-  CHECK_CONTAINS(svg, "class=\"note\"");
-  CHECK_CONTAINS(svg, ">skin &lt;1&gt;");
-  CHECK(count(legend, "puncture &amp; more") == 1);
-  CHECK(count(legend, "contact") == 1);
-  CHECK(count(legend, "<li>") == 3 + 2);
-  CHECK(!check::contains(svg, "skin <1>"));
+  CHECK(check::count(legend, "puncture &amp; more") == 1);
+  CHECK(check::count(legend, "contact") == 1);
+  CHECK(check::count(legend, "<li>") == 3 + 2);
 }
 
 TEST("zones and marks outside the axis, turned round or not numbers are left out or cut") {
@@ -144,38 +119,28 @@ TEST("zones and marks outside the axis, turned round or not numbers are left out
                   {"backwards", 6.0, 3.0},
                   {"nowhere", std::nan(""), 2.0}};
   figure.marks = {{"far", 99.0}, {"nowhere", std::nan("")}};
-  const std::string svg = draw_figures({&figure}).at(0);
-  CHECK_CONTAINS(svg, ">across<");
-  CHECK_CONTAINS(svg, ">backwards<");
-  CHECK(!check::contains(svg, "before"));
-  CHECK(!check::contains(svg, "nowhere"));
-  CHECK(!check::contains(svg, "nan"));
-  CHECK(count(svg, "class=\"f z") == 2);  // neighbours, so one of each tint
-  CHECK(count(svg, "class=\"l n\"") == 0);
+  const std::string svg = drawn(figure);
+  CHECK_CONTAINS(svg, ">across<", ">backwards<");
+  CHECK_LACKS(svg, "before", "nowhere", "nan");
+  CHECK(check::count(svg, "class=\"f z") == 2);  // neighbours, so one of each tint
+  CHECK(check::count(svg, "class=\"l n\"") == 0);
 }
 
-TEST("the y axis leaves room for labels, unless it has a maximum") {
+TEST("the y axis leaves room for labels unless it has a maximum, which clips what exceeds it") {
   Figure figure = sample::layered();
-  const auto drawn = [&] { return draw_figures({&figure}).at(0); };
   // The largest value is 5; its tick label is at the top of the plot only if 5 is the limit.
   const std::string at_top = "y=\"21.6\" text-anchor=\"end\">5</text>";
-  CHECK(!check::contains(drawn(), at_top));
+  CHECK_LACKS(drawn(figure), at_top, "<svg x=");
   figure.y.maximum = 5.0;
-  CHECK_CONTAINS(drawn(), at_top);
-}
-
-TEST("what leaves an axis with limits is clipped, and nothing else is") {
-  Figure figure = sample::layered();
-  CHECK(!check::contains(draw_figures({&figure}).at(0), "<svg x="));
+  CHECK_CONTAINS(drawn(figure), at_top);
   figure.y.maximum = 3.0;
-  CHECK(count(draw_figures({&figure}).at(0), "<svg x=") == 1);
+  CHECK(check::count(drawn(figure), "<svg x=") == 1);
 }
 
 TEST("a heat map is one image, with its colour bar beside it") {
-  const Figure figure = sample::map();
-  const std::string svg = draw_figures({&figure}).at(0);
-  CHECK(count(svg, "<image") == 2);
-  CHECK(count(svg, "data:image/png;base64,iVBORw0KGgo") == 2);
+  const std::string svg = drawn(sample::map());
+  CHECK(check::count(svg, "<image") == 2);
+  CHECK(check::count(svg, "data:image/png;base64,iVBORw0KGgo") == 2);
   CHECK_CONTAINS(svg, ">log10 growth</text>");
 }
 
@@ -185,21 +150,12 @@ TEST("values of any size and spread are drawn with finite coordinates") {
       for (const bool square : {false, true}) {
         Figure figure{.series = {{.x = {0.0, 1.0}, .y = {size, size * (1.0 + spread)}}}};
         figure.square = square;
-        const std::string svg = draw_figures({&figure}).at(0);
-        CHECK(!check::contains(svg, "nan"));
-        CHECK(!check::contains(svg, "inf"));
+        const std::string svg = drawn(figure);
+        CHECK_LACKS(svg, "nan", "inf");
         CHECK(svg.size() < 5000);
       }
     }
   }
-}
-
-TEST("a figure with zones but without a finite value is drawn as a frame") {
-  Figure figure = sample::layered();
-  for (Series& series : figure.series) { series.y.assign(series.y.size(), std::nan("")); }
-  CHECK(draw_figures({&figure}).at(0).starts_with("<svg"));
-  figure.series.clear();
-  CHECK(draw_figures({&figure}).at(0).starts_with("<svg"));
 }
 
 TEST("zones and marks follow the axis into another unit") {
@@ -208,14 +164,12 @@ TEST("zones and marks follow the axis into another unit") {
   for (Series& series : figure.series) {
     for (double& x : series.x) { x *= 1e-3; }
   }
-  const Figure plain = sample::layered();
-  const std::string millimetres = draw_figures({&plain}).at(0);
   for (Zone& zone : figure.zones) { zone.begin *= 1e-3, zone.end *= 1e-3; }
   for (Mark& mark : figure.marks) { mark.x *= 1e-3; }
   const auto without_texts = [](const std::string& svg) {
     return svg.substr(0, svg.find("<text"));
   };
-  CHECK(without_texts(draw_figures({&figure}).at(0)) == without_texts(millimetres));
+  CHECK(without_texts(drawn(figure)) == without_texts(drawn(sample::layered())));
 }
 
 }  // namespace
