@@ -106,8 +106,9 @@ TEST("the format follows from the content, whatever the name") {
 
 TEST("a file that is no recording is refused with a reason") {
   const scratch::Folder folder;
-  const std::vector<std::uint8_t> frame = link_bytes({device::pressure_link::Frame{}});
-  const fs::path big = folder.file("big", "");
+  const std::vector<std::uint8_t> bytes = link_bytes({device::pressure_link::Frame{}});
+  const std::string frame(bytes.begin(), bytes.end());
+  const fs::path big = folder.file("big", frame);
   fs::resize_file(big, std::uintmax_t{2} << 30U);
   const std::pair<fs::path, const char*> rows[] = {
       {folder.file("e", ""), "is empty"},
@@ -116,8 +117,7 @@ TEST("a file that is no recording is refused with a reason") {
       {folder.file("o.mat", "MATLAB 5.0 MAT-file, ..."), "-v7.3"},
       {folder.file("b", "\x01\x02\xFF\n"), "is no text, no HDF5 and has no"},
       {folder.file("u", std::string("\xFF\xFEt\0i\0", 6)), "CSV as UTF-8"},
-      {folder.file("1", std::string(frame.begin(), frame.end())),
-       "has one sample; at least two are needed"},
+      {folder.file("1", frame), "has one sample; at least two are needed"},
       {big, "bytes long; at most"}};
   for (const auto& [file, reason] : rows) { CHECK_THROWS(read_any_recording(file), reason); }
   CHECK_THROWS(read_any_recording(folder.file("n", "abc"), RecordingFormat::raw), "no frame");
