@@ -11,9 +11,15 @@
 namespace palpate::device {
 
 /// First-in first-out queue of at most `capacity` items, lock-free between one producer and one
-/// consumer; never allocates.
+/// consumer. It never allocates, and causes no page fault after its construction.
 template <class Item, std::size_t capacity>
-using Queue = boost::lockfree::spsc_queue<Item, boost::lockfree::capacity<capacity>>;
+class Queue : public boost::lockfree::spsc_queue<Item, boost::lockfree::capacity<capacity>> {
+ public:
+  Queue() {
+    while (this->push(Item{})) {}
+    this->reset();
+  }
+};
 
 /// Interface of one end of an 8-bit clean byte stream, with the clock that both ends share.
 class ByteLink {
