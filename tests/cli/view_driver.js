@@ -73,7 +73,7 @@
   function report(words) {
     const found = document.createElement('pre');
     found.id = 'found';
-    found.textContent = words + ' stills=' + document.querySelectorAll('.stills svg').length +
+    found.textContent = words + ' stills=' + document.querySelectorAll('.stills svg[role=img]').length +
       ' problems=' + (problems.join('; ') || 'none');
     document.body.append(found);
   }
