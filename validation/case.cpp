@@ -75,8 +75,7 @@ std::vector<Case> select_cases(const std::vector<Case>& cases,
 }
 
 Outcome run_case(const Case& definition, const CaseContext& context) {
-  Outcome outcome{
-      .name = definition.name, .suite = definition.suite, .claim = definition.claim};
+  Outcome outcome{.name = definition.name, .suite = definition.suite, .claim = definition.claim};
   const auto begin = std::chrono::steady_clock::now();
   try {
     definition.measure(context, outcome);

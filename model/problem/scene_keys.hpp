@@ -249,7 +249,7 @@ template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s)
            "Distance from a tool or a load beyond which the tissue becomes a linear reduced-order "
            "model; 0: no reduction"});
   v.value("far_modes", s.far_modes,
-           {"", range::from_to(1, 1000), "Modes of the reduced-order model"});
+          {"", range::from_to(1, 1000), "Modes of the reduced-order model"});
   v.value("equations", preset(s.printed, {{{"physical", {}}, {"as-printed", PrintedForm::all()}}}),
           {.doc = "Corrected physics, or the equations of the paper as printed (all errata)"});
   v.table("printed", s.printed);
