@@ -31,20 +31,20 @@ constexpr double roundings = 1e-12;  ///< relative, for sums and eigenvalues
 // Contributions of a network's springs to the stiffness and damping matrices at the initial
 // positions.
 
-enum class Which { stiffness, stretched_stiffness, damping };
+enum class MatrixKind { stiffness, stretched_stiffness, damping };
 
 /// Returns k u u^T with the geometric stiffness, of all springs or of stretched ones only, or c u
 /// u^T. Omitting compressed springs leaves no negative stiffness and can only raise the
 /// frequencies. Empty for a spring of zero length.
-std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, Which which) {
+std::optional<Matrix3d> block_of(const SpringList::Bond& bond, const Vector3d& d, MatrixKind kind) {
   const double length = d.norm();
   if (length < zero_length) { return {}; }
   const Vector3d u = d / length;
   const Matrix3d along = u * u.transpose();
-  if (which == Which::damping) { return bond.viscosity * along; }
+  if (kind == MatrixKind::damping) { return bond.viscosity * along; }
   constexpr SpringTerms elastic{.viscous = false};
   double tension = SpringTension<elastic>::of(numbers_of<double>(bond), length, 0.0);
-  if (which == Which::stretched_stiffness) { tension = std::max(0.0, tension); }
+  if (kind == MatrixKind::stretched_stiffness) { tension = std::max(0.0, tension); }
   return bond.stiffness * along + tension / length * (Matrix3d::Identity() - along);
 }
 
@@ -56,10 +56,10 @@ struct KnownBlock {
   bool computed = false;
 
   const std::optional<Matrix3d>& at(const SpringList::Bond& bond, const Vector3d& now,
-                                    Which which) {
+                                    MatrixKind kind) {
     const double near = 0.1 * roundings * d.cwiseAbs().maxCoeff();
     if (!computed || !((now - d).cwiseAbs().maxCoeff() <= near)) {
-      *this = {now, block_of(bond, now, which), true};
+      *this = {now, block_of(bond, now, kind), true};
     }
     return block;
   }
@@ -82,8 +82,8 @@ struct NodeRange {
 /// Calls visit(a, b, matrix) for the springs in `range` with an end at a coordinate that `wanted`
 /// accepts.
 template <class Wanted, class Visit>
-void visit_blocks(const NetworkProblem& problem, Which which, const NodeRange& range, Wanted wanted,
-                  Visit visit) {
+void visit_blocks(const NetworkProblem& problem, MatrixKind kind, const NodeRange& range,
+                  Wanted wanted, Visit visit) {
   const SpringNetwork& network = problem.network();
   const NodeVectors& place = problem.held_position();
   for (const SpringList::Run& run : network.springs.runs()) {
@@ -96,8 +96,8 @@ void visit_blocks(const NetworkProblem& problem, Which which, const NodeRange& r
         const int other = node + bonds[n].to;
         const Eigen::Index b = problem.coordinate(other);
         if (!(a >= 0 && wanted(a)) && !(b >= 0 && wanted(b))) { continue; }
-        if (which == Which::damping && !(bonds[n].viscosity > 0.0)) { continue; }
-        const auto& matrix = blocks[n].at(bonds[n], place.col(other) - place.col(node), which);
+        if (kind == MatrixKind::damping && !(bonds[n].viscosity > 0.0)) { continue; }
+        const auto& matrix = blocks[n].at(bonds[n], place.col(other) - place.col(node), kind);
         if (matrix) { visit(a, b, *matrix); }
       }
     }
@@ -159,12 +159,12 @@ Part whole_or_part(const NetworkProblem& problem, Eigen::Index fastest) {
 class Lanczos {
  public:
   /// Uses B of the springs of `part`, which must outlive this object.
-  Lanczos(const NetworkProblem& problem, Which which, const Part& part) : mass_(part.mass) {
+  Lanczos(const NetworkProblem& problem, MatrixKind kind, const Part& part) : mass_(part.mass) {
     const auto in_part = [&](Eigen::Index c) {
       return c < 0 ? c : part.coordinate[static_cast<std::size_t>(c)];
     };
     const auto wanted = [&](Eigen::Index c) { return in_part(c) >= 0; };
-    visit_blocks(problem, which, part.nodes, wanted,
+    visit_blocks(problem, kind, part.nodes, wanted,
                  [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
                    blocks_.push_back({in_part(a), in_part(b), matrix});
                  });
@@ -273,7 +273,7 @@ struct Fastest {
 /// Computes a bound on the eigenvalues. For any positive weights w, |x_a - x_b|_B^2 <= (1 +
 /// w_b/w_a) |x_a|_B^2 + (1 + w_a/w_b) |x_b|_B^2. No eigenvalue of M^-1 B therefore exceeds the
 /// maximum over nodes of lambda_max(sum (1 + w_b/w_a) B) / m.
-Fastest bound_with_weights(const NetworkProblem& problem, Which which, const VectorXd& weight) {
+Fastest bound_with_weights(const NetworkProblem& problem, MatrixKind kind, const VectorXd& weight) {
   const VectorXd& mass = problem.mass();
   std::vector<Upper> sums(static_cast<std::size_t>(mass.size() / 3), Upper::Zero());
   const auto add = [&](Eigen::Index self, Eigen::Index other, const Matrix3d& matrix) {
@@ -282,7 +282,7 @@ Fastest bound_with_weights(const NetworkProblem& problem, Which which, const Vec
     sums[static_cast<std::size_t>(self / 3)] += factor * upper_of(matrix);
   };
   const auto everywhere = [](Eigen::Index) { return true; };
-  visit_blocks(problem, which, {}, everywhere,
+  visit_blocks(problem, kind, {}, everywhere,
                [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
                  add(a, b, matrix);
                  add(b, a, matrix);
@@ -316,19 +316,19 @@ struct Extreme {
 /// Returns the best of three bounds, with equal weights, with inverse masses (exact for one
 /// spring), and, for a network that is small enough, with the shape of the fastest mode plus a
 /// lower limit.
-Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
+Extreme largest_eigenvalue(const NetworkProblem& problem, MatrixKind kind) {
   const VectorXd& mass = problem.mass();
   const Eigen::Index nodes = mass.size() / 3;
-  const Fastest equal = bound_with_weights(problem, which, VectorXd::Ones(nodes));
+  const Fastest equal = bound_with_weights(problem, kind, VectorXd::Ones(nodes));
   if (!(equal.bound > 0.0)) { return {0.0, 0.0}; }
   double upper = equal.bound;
   if (mass.minCoeff() < mass.maxCoeff()) {  // otherwise the weights are equal again
     const VectorXd inverse_mass =
         Eigen::Map<const VectorXd, 0, Eigen::InnerStride<3>>(mass.data(), nodes).cwiseInverse();
-    upper = std::min(upper, bound_with_weights(problem, which, inverse_mass).bound);
+    upper = std::min(upper, bound_with_weights(problem, kind, inverse_mass).bound);
   }
   const Part part = whole_or_part(problem, equal.free_node);
-  Lanczos lanczos(problem, which, part);
+  Lanczos lanczos(problem, kind, part);
   const double estimate = lanczos.largest();
   if (part.mass.size() < mass.size()) {
     return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node};
@@ -339,7 +339,7 @@ Extreme largest_eigenvalue(const NetworkProblem& problem, Which which) {
   for (const double floor : {0.3, 0.1, 0.03}) {
     const VectorXd weight = (amplitude.array() / amplitude.maxCoeff() + floor).matrix();
     if (weight.allFinite()) {
-      upper = std::min(upper, bound_with_weights(problem, which, weight).bound);
+      upper = std::min(upper, bound_with_weights(problem, kind, weight).bound);
     }
   }
   return {estimate, upper * (1.0 + 2.0 * roundings), equal.free_node};
@@ -357,10 +357,10 @@ bool any_compressed(const NetworkProblem& problem) {
 /// Bounds the stiffness. Compressed springs lower the frequencies, so the bound omits them and the
 /// estimate includes them.
 Extreme stiffness_extreme(const NetworkProblem& problem) {
-  Extreme extreme = largest_eigenvalue(problem, Which::stretched_stiffness);
+  Extreme extreme = largest_eigenvalue(problem, MatrixKind::stretched_stiffness);
   if (extreme.upper > 0.0 && any_compressed(problem)) {
     const Part part = whole_or_part(problem, extreme.free_node);
-    extreme.estimate = Lanczos(problem, Which::stiffness, part).largest();
+    extreme.estimate = Lanczos(problem, MatrixKind::stiffness, part).largest();
   }
   return extreme;
 }
@@ -370,7 +370,7 @@ Extreme stiffness_extreme(const NetworkProblem& problem) {
 SpectralBounds spectral_bounds(const NetworkProblem& problem) {
   SpectralBounds bounds;
   const Extreme stiffness = stiffness_extreme(problem);
-  const Extreme damping = largest_eigenvalue(problem, Which::damping);
+  const Extreme damping = largest_eigenvalue(problem, MatrixKind::damping);
   bounds.omega_estimate = std::sqrt(stiffness.estimate);
   bounds.omega_upper = std::sqrt(stiffness.upper);
   bounds.damping_upper = damping.upper;

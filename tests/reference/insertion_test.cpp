@@ -391,7 +391,7 @@ TEST("friction alone: F = f xi on the way in, -f xi on the way out, stuck in bet
       const double xi = (n + 0.5) * depth / parts;
       share(k) += std::max(0.0, 1.0 - std::abs(xi / chain.spacing - k)) / parts;
     }
-    // Of earlier contact points and its own; those of one spring each add up in series.
+    // Compliances of one spring each add up in series.
     compliance += share(k) * (2.0 * share.head(k).sum() + share(k)) * (5 - k) / chain.stiffness;
   }
   CHECK_NEAR(0.005 * (slips_back - turn), 2.0 * in * compliance, 0.05 * 2.0 * in * compliance);

@@ -284,7 +284,7 @@ TEST("the reach of the motors is drawn as closed outlines of the box seen from t
     CHECK(outline.y.front() == outline.y.back());
     CHECK_NEAR(area_of(outline), areas[side], 1e-12);
   }
-  // What every direction can have is a circle, and the axes hold all.
+  // The force available in every direction is a circle. All series lie within the axes.
   const Series& circle = figure.series[2];
   for (std::size_t n = 0; n < circle.x.size(); ++n) {
     CHECK_NEAR(std::hypot(circle.x[n], circle.y[n]), 3.0, 1e-12);

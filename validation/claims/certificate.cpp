@@ -240,8 +240,9 @@ std::vector<Case> cases() {
            "Percentiles from bins of 1 us are those of the sorted times, rounded up to a bin.",
            measure_percentiles, 0.1},
           {"certificate/tail/told", "model",
-           "Of independent response times the tail is told, and its interval two decades beyond "
-           "the data holds the truth as often as it says.",
+           "The tail of independent response times is extrapolated, and its interval two decades "
+           "beyond "
+           "the data contains the true value at the stated rate.",
            measure_told, 3.0},
           {"certificate/tail/refused", "model",
            "Of response times that follow each other, change with time or have no mean, nothing is "

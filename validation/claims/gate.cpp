@@ -325,7 +325,7 @@ std::vector<Case> cases() {
   constexpr bool keeps = false;  // files are the program's, not the model's
   return {
       {"gate/self", "model",
-       "A model held against itself 200 times, its sums in another order each time, never falls.",
+       "A model compared with itself 200 times, its sums in another order, never regresses.",
        measure_self, 2.0},
       {"gate/faults", "model",
        "Damage planted in the model, its results, its baseline or its files turns the gate red.",

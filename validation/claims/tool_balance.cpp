@@ -52,7 +52,7 @@ void measure_momentum(const CaseContext& context, Outcome& outcome) {
   Largest peak;
   long compared = 0;
   for (std::size_t n = 0; n + 1 < run_tool.size(); ++n) {
-    // Where the drive jumps, velocities change before the step's forces are evaluated.
+    // If the drive jumps, velocities change before the step's forces are evaluated.
     if (run_tool[n].velocity != run_tool[n + 1].velocity) { continue; }
     const auto at = static_cast<Eigen::Index>(n);
     problem.force(run.time[n], run.time[n], run.position.col(at), run.velocity.col(at), force);

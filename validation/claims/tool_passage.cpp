@@ -420,7 +420,7 @@ std::vector<Case> passage_cases() {
       {"needle/thin-layer", "accuracy", "A layer thinner than the spacing is met like any other.",
        measure_thin, 2.0},
       {"needle/published-moduli", "stability",
-       "Ligament of 15 MPa is stable at ticks of 1 ms, and what it costs is told.", measure_moduli,
+       "Ligament of 15 MPa is stable at ticks of 1 ms; its cost is reported.", measure_moduli,
        10.0},
       {"needle/stress", "stability",
        "At extremes of speed, force and step an insertion stays finite or says that it diverged.",

@@ -17,7 +17,7 @@ TEST("the limit of the probability of a miss is that of Clopper and Pearson") {
   CHECK_NEAR(miss_probability_upper(0, 60000), 1.0 - std::pow(0.05, 1.0 / 60000.0), 1e-15);
   CHECK_NEAR(miss_probability_upper(0, 1), 0.95, 1e-15);
   CHECK_NEAR(miss_probability_upper(1, 2), std::sqrt(0.95), 1e-12);  // P(X <= 1) = 1 - p^2 = 0.05
-  // Where all missed, or nothing ran, nothing contradicts a probability of one.
+  // If all ticks missed, or none ran, a probability of one cannot be excluded.
   CHECK_NEAR(miss_probability_upper(3, 3), 1.0, 0.0);
   CHECK_NEAR(miss_probability_upper(0, 0), 1.0, 0.0);
   for (long misses = 0; misses < 50; ++misses) {
@@ -63,7 +63,7 @@ TEST("only a scene without a miss, in an environment without a miss, is certifie
   CHECK_NEAR(clean().worst()->miss_probability_upper(), 1.0 - std::pow(0.05, 1e-3), 1e-15);
   CHECK(outcome_of(clean(0, 1)).status == Status::fail);
   CHECK_CONTAINS(outcome_of(clean(0, 1)).reason(), "1 of 1000 deadlines");
-  // Where the empty loop missed, nothing is said against the scene.
+  // If the empty loop missed its deadline, the scene cannot be judged.
   CHECK(outcome_of(clean(1, 0)).status == Status::inconclusive);
   CHECK(outcome_of(clean(1, 500)).status == Status::inconclusive);
   using enum Status;

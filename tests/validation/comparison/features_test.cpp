@@ -272,7 +272,7 @@ TEST("only a large, quick and lasting fall is found; one hidden by a gap or the 
     CHECK(loss.status == row.decision);
     if (*row.reason != '\0') { CHECK(loss.reason == row.reason); }
   }
-  // What fell can be measured though it is not decided, unless nothing settled.
+  // A drop can be measured without a decision, unless the pressure never settles.
   CHECK(found_in(901, falls_to(8.0)).fell());
   CHECK_NEAR(found_in(901, falls_to(8.0)).plateau, 8.0, 0.0);
   CHECK(found_in(1400, with_gap(falls_to(8.0), 700, 800)).fell());

@@ -111,7 +111,7 @@ TEST("samples inside are counted, the largest excursion is found, gaps are not j
   CHECK_NEAR(found.largest_excursion, 3.0, 1e-15);
   CHECK_NEAR(found.excursion_time, 1.0, 0.0);
   CHECK(!found.holds);
-  // Where too few subjects were measured the corridor ends.
+  // The corridor ends when too few subjects were measured.
   const std::vector<Samples> ending{of({1.0, not_measured}), of({2.0, 2.0}), of({3.0, 3.0})};
   const CorridorBuilt short_one = build_corridor(ending);
   CHECK(std::isnan(short_one.corridor->mean.value[1]));

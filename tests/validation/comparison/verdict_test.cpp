@@ -190,7 +190,7 @@ TEST("values and tolerances are shown in the units of clinicians") {
   CHECK(text(Feature::slope_before, -2.5 * pascals_per_mmhg, "Pa/s") == "−2.5 mmHg/s");
   CHECK(text(Feature::loss_of_resistance, 0.0, "1") == "not found");
   CHECK(text(Feature::peak, not_measured, "Pa") == "-");
-  // What rounding leaves is zero without a sign.
+  // A value that rounds to zero is shown without a sign.
   CHECK(text(Feature::slope_before, -1.058e-5 * pascals_per_mmhg, "Pa/s") == "0 mmHg/s");
   CHECK(text(Feature::drop_time, -1e-9, "s") == "0 s");
   const Tolerance plateau{.feature = Feature::plateau, .absolute = 7.0 * pascals_per_mmhg};
