@@ -5,13 +5,13 @@
 ///
 ///   boot   0A 43 0D        is answered by 0A 44 2C 0D      -> ready
 ///   ready  41              is echoed                       -> load
-///   load   any byte        is echoed: that is the whole checksum of an upload
-///          begin_run(), the change of baud rate that a byte stream does not carry  -> run
+///   load   any byte        is echoed; a host checks its upload by the echo alone
+///          begin_run(): the host changed the baud rate, which a byte stream does not carry  -> run
 ///   run    well-formed packet    exactly one reply; anything else: none
 ///
-/// A well-formed packet switches every state to run and receives a reply, so a driver may skip
-/// loading. In load, its first 15 bytes have been echoed by then. The class does no I/O and reads
-/// no clock.
+/// A well-formed packet switches any state to run and gets a reply. In boot and ready this also
+/// counts as `skipped_load`. In load, its first 15 bytes have been echoed by then. The class does
+/// no I/O and reads no clock.
 
 #include <array>
 #include <cstdint>
@@ -64,8 +64,8 @@ class Firmware {
  public:
   explicit Firmware(const FirmwareOptions& options = {}) noexcept;
 
-  /// Processes bytes that arrived at `now_s` [s]; `now_s` must not decrease. Replies contain
-  /// `present`. An empty span only advances the time.
+  /// Processes bytes that arrived at `now_s` [s]; `now_s` must not decrease. Every
+  /// reply is `present`, the current state of the device. An empty span only advances the time.
   void receive(std::span<const std::uint8_t> bytes, double now_s, const DevicePacket& present,
                FirmwareSink& sink) noexcept;
   /// Reports that the host changed to the baud rate of the run phase.
@@ -124,8 +124,8 @@ class EmulatorObserver {
 };
 
 /// Emulated device: firmware, body and link faults. The body advances in whole steps of
-/// `body_step`, each with the words that arrived before its end. Its motion therefore depends only
-/// on the arrival times of requests, not on the frequency of serve() calls or the speed of the
+/// `body_step`, each with the motor words that arrived before its end. Its motion therefore depends
+/// only on the arrival times of requests, not on the frequency of serve() calls or the speed of the
 /// machine.
 class Emulator final : public Served, private FirmwareSink {
  public:
@@ -147,8 +147,8 @@ class Emulator final : public Served, private FirmwareSink {
   [[nodiscard]] const Firmware& firmware() const noexcept { return firmware_; }
   [[nodiscard]] const FaultCounts& faults_to_device() const noexcept { return in_.counts(); }
   [[nodiscard]] const FaultCounts& faults_to_host() const noexcept { return out_.counts(); }
-  /// Number of bytes that the link did not accept.
-  [[nodiscard]] std::int64_t lost_replies() const noexcept { return lost_writes_; }
+  /// Number of writes that lost bytes because the link was full or closed.
+  [[nodiscard]] std::int64_t lost_writes() const noexcept { return lost_writes_; }
 
  private:
   void send(std::span<const std::uint8_t> bytes) noexcept override;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// Sparse L D L^T factorisation in dense supernodes of single precision, for a preconditioner
-/// (model/EQUATIONS.md, "Panels of a factorisation").
+/// (model/EQUATIONS.md, "Supernodes of a factorisation").
 
 #include <Eigen/SparseCholesky>
 #include <vector>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Triangular solves in supernodes for one instruction set (model/EQUATIONS.md, "Panels of a
+/// Triangular solves in supernodes for one instruction set (model/EQUATIONS.md, "Supernodes of a
 /// factorisation"). One source file per instruction set includes this header. It must not include
-/// code that other files compile.
+/// functions that other files compile: the linker could keep a copy that needs another instruction
+/// set.
 
 #include <xsimd/xsimd.hpp>
 
@@ -16,8 +17,8 @@ template <class Arch> struct Lanes {
   static constexpr long count = static_cast<long>(Batch::size);
 };
 
-/// Computes sums += tile x for `columns` columns. Two independent sums per block shorten the
-/// dependency chain.
+/// Adds tile * x to `sums`, one per row; the tile has `columns` columns. Two independent sums per
+/// block shorten the dependency chain.
 template <int columns, class Arch>
 void add_rows(const float* values, long blocks, const float* x, float* sums) noexcept {
   using Batch = typename Lanes<Arch>::Batch;
@@ -37,7 +38,7 @@ void add_rows(const float* values, long blocks, const float* x, float* sums) noe
   }
 }
 
-/// Computes x = tile^T applied to the rows in `from`.
+/// Sets x to tile^T * `from`.
 template <int columns, class Arch>
 void sum_columns(const float* values, long blocks, const float* from, float* x) noexcept {
   using Batch = typename Lanes<Arch>::Batch;

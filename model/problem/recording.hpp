@@ -13,7 +13,8 @@ namespace palpate {
 /// One millimetre of mercury, conventional unit [Pa] (NIST SP 811, appendix B.8).
 inline constexpr double pascals_per_mmhg = 133.322387415;
 
-/// Defects of the samples that were detected during reading. They are counted and not corrected.
+/// Defects of the samples that were found during reading. Every defect is counted. Rows out of
+/// order are removed and non-finite values become NaN; all other samples stay as they are.
 struct RecordingDefects {
   std::size_t missing = 0;         ///< samples that were not received; they have no row
   std::size_t gaps = 0;            ///< gaps in time
@@ -39,8 +40,8 @@ struct Recording {
   std::string source{};  ///< publication, hospital, device
   std::string note{};    ///< remarks; for a reconstructed recording, its source data
   std::string group{};   ///< group of subjects, e.g. "BMI 18-24.9"
-  /// Anonymous code of the subject, so that several recordings of one subject count once. Empty if
-  /// there is no other recording of the subject.
+  /// Anonymous code of the subject, unique within its group: recordings with the same group and
+  /// code count as one subject. Empty if there is no other recording of the subject.
   std::string subject{};
   std::optional<double> body_mass_index{};  ///< [kg/m^2]
   std::string technique{};                  ///< "continuous", "intermittent" or empty
@@ -57,9 +58,10 @@ struct Recording {
 struct DefectRules {
   /// Lower limit of the gauge pressure [Pa]: vacuum at sea level (ISO 2533).
   static constexpr double least_pressure = -101325.0;
-  /// Upper limit of the gauge pressure [Pa]: half a step above that of the raw link.
+  /// Upper limit of the gauge pressure [Pa]: half a count above the largest value of the raw link.
   static constexpr double largest_pressure = 3276.75 * pascals_per_mmhg;
-  /// Equal consecutive samples at an extreme that are clipped; a tenth of a second of the raw link.
+  /// Least number of equal consecutive samples at an extreme that is clipped: 0.1 s of the raw
+  /// link.
   static constexpr std::size_t flat_run = 12;
   /// Steps longer than this many periods are gaps: halfway to a step with one missing sample.
   static constexpr double gap_periods = 1.5;
@@ -68,8 +70,8 @@ struct DefectRules {
 /// Statistics of the sample times. All values are zero if there are fewer than two samples.
 struct Sampling {
   double period = 0.0;    ///< median step [s]
-  double rate = 0.0;      ///< inverse of the mean of the steps within a quarter of the median [Hz]
-  double uneven = 0.0;    ///< fraction of steps, without gaps, more than 20 % off the median
+  double rate = 0.0;      ///< 1 / mean of the steps within 25 % of the median [Hz]
+  double uneven = 0.0;    ///< share of steps, without gaps, more than 20 % off the median
   double shortest = 0.0;  ///< [s]
   double longest = 0.0;   ///< [s]
 };
@@ -79,13 +81,13 @@ Sampling sampling_of(std::span<const double> time);
 void leave_out_rows_out_of_order(Recording& recording);
 
 /// Counts the gaps and the missing, non-finite, out-of-range and clipped samples of a recording in
-/// order of time; replaces earlier counts. `reported_out_of_range` has one entry per sample,
-/// non-zero if the transducer reported an overrange; empty if it has no such flag. Infinite values
-/// become NaN.
+/// order of time; replaces these five counts. `reported_out_of_range` has one entry per sample,
+/// non-zero if the transducer reported an overrange; empty if it has no such flag. Infinite
+/// values become NaN; only those of the pressure are counted.
 void count_defects(Recording& recording, std::span<const char> reported_out_of_range = {});
 
-/// Returns the reason why a recording cannot be used, as "found; allowed"; empty for a usable
-/// recording. A constant pressure is usable.
+/// Returns why a recording cannot be used, e.g. "has no samples; at least two are needed"; empty if
+/// it can. A constant pressure is usable.
 std::string why_unusable(const Recording& recording);
 
 /// Smallest and largest finite value; both are NaN if there is none.

@@ -224,9 +224,9 @@ void tell(const Emulator& emulator, const FalconLog& log) {
   }
   tell_faults("to device", emulator.faults_to_device());
   tell_faults("to host", emulator.faults_to_host());
-  if (log.left_out() + emulator.lost_replies() > 0) {
+  if (log.left_out() + emulator.lost_writes() > 0) {
     std::cerr << "rows left out of the log: " << log.left_out()
-              << "; writes that were not taken: " << emulator.lost_replies() << '\n';
+              << "; writes that were not taken: " << emulator.lost_writes() << '\n';
   }
 }
 

@@ -10,22 +10,23 @@
 
 namespace palpate::calibration {
 
-/// Minimum misfit with one parameter fixed beside its fitted value and the other constrained
-/// parameters fitted again.
+/// Misfit for values of one parameter around its fit, with the other constrained parameters fitted
+/// again at each value.
 struct Profile {
   std::size_t parameter = 0;  ///< index
   std::vector<double> value{};
-  std::vector<double> growth{};  ///< of the sum of squares relative to the fit, with priors
+  std::vector<double> growth{};  ///< of the sum of squares, priors included, over that of the fit
 };
-/// Profile of the constrained parameter with the widest interval; empty if none is constrained.
+/// Profile of the constrained parameter with the largest posterior deviation relative to its prior
+/// spread; empty if none is constrained.
 Profile profile_of_worst(Forward& forward, const Fit& fit);
 
 /// Prediction of one group by a fit to the others.
 struct HeldOut {
   std::string group{};
   std::size_t subjects = 0;
-  Pooled seen{};  ///< observations of the group that was left out
-  Observation predicted{};
+  Pooled seen{};                 ///< observations of the group that was left out
+  Observation predicted{};       ///< depth of loss corrected for the difference in body mass index
   double error_fitted = 0.0;     ///< relative root mean square over observables, fitted groups
   double error_predicted = 0.0;  ///< the same for the group that was left out
   bool converged = false;
@@ -57,11 +58,11 @@ struct Calibration {
   Fit fit{};
   Profile profile{};
   std::vector<HeldOut> held_out{};
-  Scene fitted{};               ///< the scene with the values of the fit
-  Observation whole{};          ///< the fitted scene simulated without shortcuts
+  Scene fitted{};       ///< the scene with the values of the fit
+  Observation whole{};  ///< the fitted scene with its own block and step, until the run ends
   std::size_t simulations = 0;  ///< number of simulations of the coarser scene
 
-  /// Largest difference between the coarser and the full scene, in uncertainties of the data [1].
+  /// Largest change of an observable by the shortcuts, divided by its uncertainty.
   [[nodiscard]] double shortcut_cost() const;
   /// The verdict: the search converged, at least one parameter is constrained, none is at a bound,
   /// the misfit did not grow, and the shortcuts change each observable by less than its
@@ -69,8 +70,8 @@ struct Calibration {
   [[nodiscard]] Outcome outcome() const;
 };
 
-/// Calibrates a scene. The recordings must have no refusal; `parameters` is a subset of
-/// parameters_of(), possibly with changed priors. Throws runtime_error if the scene cannot be
+/// Calibrates a scene. Every recording must have observables (no refusal); `parameters` is a subset
+/// of parameters_of(), possibly with changed priors. Throws runtime_error if the scene cannot be
 /// simulated at the tested values, and Interrupted on a stop.
 Calibration calibrate(const Scene& scene, const std::vector<Parameter>& parameters,
                       std::span<const ObservedRecording> recordings,
