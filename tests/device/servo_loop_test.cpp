@@ -11,13 +11,16 @@ using Eigen::Vector3d;
 
 namespace {
 
-/// Device whose position is the tick number; it records the commanded forces.
+/// Device whose position is the tick number, and half a unit more at the next exchange; it records
+/// the commanded forces.
 class Counter final : public HapticDevice {
  public:
   DeviceSample exchange(const Vector3d& force) noexcept override {
     ++exchanges;
     acting = force.x();
-    return {.position = {place, 0.0, 0.0}};
+    const double now = place;
+    place += 0.5;
+    return {.position = {now, 0.0, 0.0}};
   }
   double place = 0.0;
   double acting = 0.0;

@@ -306,6 +306,11 @@ double differing_values(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return static_cast<double>((a.array() != b.array()).count());
 }
 
+Eigen::VectorXd column_of(const Trace& trace, std::size_t n) {
+  const std::vector<double>& values = trace.columns.at(n).values;
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
 struct SkipScene {
   const char* name;
   Scene scene;
@@ -320,6 +325,9 @@ std::vector<SkipScene> skip_scenes(bool quick) {
     if (held) { hold(one.network, Face::z_max); }
     displace(one.network, 5e-4, 41);
     if (gravity) { one.scene.tissue.gravity = {0.0, 0.0, 9.81}; }
+    one.scene.records = {{.name = "top",
+                          .where = 0,
+                          .quantities = {RecordedQuantity::velocity, RecordedQuantity::force}}};
     one.scene.loads = {{.nodes = {0, 5}, .force = {1e-3, 0.0, 2e-3}, .end = 4e-3}};
     return one;
   };
@@ -348,6 +356,9 @@ void measure_skip(const CaseContext& context, Outcome& outcome) {
         const Trace b = roll_out(computing, one.scene, &one.network, samples);
         differing.add(differing_values(a.position, b.position));
         differing.add(differing_values(a.velocity, b.velocity));
+        for (std::size_t n = 0; n < a.columns.size(); ++n) {
+          differing.add(differing_values(column_of(a, n), column_of(b, n)));
+        }
         differing.add(a.diverged || b.diverged ? std::nan("") : 0.0);
       }
     }

@@ -114,6 +114,8 @@ void measure_bone(const CaseContext& context, Outcome& outcome) {
   outcome.judge_at_most("deepest_place_less_the_bone_s",
                         run.diverged ? std::nan("") : deepest.value() - bone, 1e-15,
                         "law: bone is never pierced; rounding of 16 mm", "m");
+  outcome.judge_near("place_at_rest", tool.back().place, bone, 1e-15,
+                     "law: it rests on the bone; rounding of 16 mm", "m");
   const ToolForces& f = tool.back().forces;
   outcome.judge_at_most("force_at_rest_less_the_hand_s", std::abs(f.total - 100.0), 1e-9, "balance",
                         "N");

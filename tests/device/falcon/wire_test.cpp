@@ -159,12 +159,12 @@ TEST("power loss ends at the boot loader without torque, unplugging leaves the d
     const bool power = kind == LinkFault::Kind::power_loss;
     Bench bench({.loaded = true}, {.faults = {{.kind = kind, .start = 0.1, .end = 0.2}}});
     CHECK(bench.poll(100, {.words = {1, 0, 0}}) == 100);
-    bench.cable.run_until(0.11);
+    bench.cable.run_until(power ? 0.11 : 0.101);
     CHECK(!bench.driver.exchange({.words = {1, 0, 0}}));
     if (power) { CHECK_NEAR(bench.body.torque_time, 0.1, 2.001 * Emulator::body_step); }
     bench.cable.run_until(0.15);
     CHECK((bench.emulator.firmware().words(0.15) == std::array<std::int16_t, 3>{}));
-    bench.cable.run_until(0.21);
+    bench.cable.run_until(power ? 0.21 : 0.2);
     CHECK(bench.body.power_losses == (power ? 1 : 0));
     CHECK(bench.emulator.firmware().state() == (power ? FirmwareState::boot : FirmwareState::run));
     if (power) { CHECK(bench.driver.open(image_of(10)) == OpenResult::loaded); }

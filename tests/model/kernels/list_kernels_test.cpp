@@ -55,8 +55,8 @@ TEST("the environment can select smaller instruction sets, and other names are r
     CHECK(lattice_kernels<float>().size() == 1);
   }
   const Asked asked("sse9");
-  CHECK_THROWS(lattice_kernels<double>(),
-               "PALPATE_INSTRUCTIONS = sse9; must be avx512, avx2 or baseline");
+  CHECK_THROWS_AS(std::invalid_argument, lattice_kernels<double>(),
+                  "PALPATE_INSTRUCTIONS = sse9; must be avx512, avx2 or baseline");
 }
 
 // Fast kernels compared with NetworkProblem, the specification.

@@ -66,7 +66,9 @@ TEST("a needle meets its layers in order and loses resistance in the epidural sp
     const ToolForces& f = run.tool.forces;
     peak = std::max(peak, f.total);
     CHECK(f.cutting * f.stiffness == 0.0);  // the tip sticks or cuts
-    CHECK(f.lateral < 1e-9);                // of a straight needle
+    CHECK(f.total == f.cutting + f.friction + f.stiffness);
+    CHECK(f.applied == f.total);
+    CHECK(f.lateral < 1e-9);  // of a straight needle
   });
   CHECK(run.names() == "contact puncture puncture loss-of-resistance");
   CHECK(run.events.front().time == 0.0);

@@ -429,6 +429,7 @@ TEST("the intervals of a needle are the bodies on its line and the gaps between 
   for (std::size_t n = 0; n < labels.size(); ++n) {
     CHECK(path.intervals()[n].label == labels[n]);
     CHECK_NEAR(path.intervals()[n].begin, begins[n], 1e-12);
+    if (n + 1 < labels.size()) { CHECK_NEAR(path.intervals()[n].end, begins[n + 1], 1e-12); }
   }
   CHECK_NEAR(path.bone(), 0.02, 1e-12);
   CHECK_NEAR(double(path.knots().size()), 6.0 + 9.0, 0.0);  // planes of nodes; none in the gap

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <zlib.h>
@@ -14,6 +15,7 @@
 #include "model/tissue/solids.hpp"
 #include "reports/view/view_encoding.hpp"
 #include "tests/check.hpp"
+#include "validation/outcome.hpp"
 
 namespace {
 
@@ -399,7 +401,18 @@ TEST("pictures for print show the tissues of the section at the cut and its disp
   CHECK(nodes == 6 * 5);  // one plane of nodes normal to y
   REQUIRE(figures[1].heat_map);
   const double largest = view->frames[view->peak].displacement.colwise().norm().maxCoeff();
-  for (const double z : figures[1].heat_map->z) { CHECK(!(z > 1e3 * largest * (1.0 + 1e-12))); }
+  const HeatMap& map = *figures[1].heat_map;
+  CHECK(map.z.size() == map.x.size() * map.y.size());
+  Largest shown;
+  for (const double z : map.z) {
+    if (!std::isnan(z)) { shown.add(z); }
+  }
+  CHECK(shown.value() <= 1e3 * largest * (1.0 + 1e-12));
+  CHECK(shown.value() > 0.0);
+  const Eigen::VectorXd x = 1e3 * view->rest.row(0).transpose();
+  CHECK(map.x.front() <= x.minCoeff() + 1.0);  // [mm] a tenth of the spacing, for displacement
+  CHECK(map.x.back() >= x.maxCoeff() - 1.0);
+  CHECK_CONTAINS(figures[1].caption, "in the colour of their displacement");
   CHECK(*figures[0].y.minimum > *figures[0].y.maximum);  // the skin is above
 }
 

@@ -310,6 +310,11 @@ TEST("depth is read at the events") {
              1e-12);
 }
 
+TEST("the duration of a fall is that of its law, through the filter") {
+  // tau ln 9 from 90 % to 10 % of an exponential fall; a filter of 20 Hz changes it by under 2 %.
+  CHECK_NEAR(*of({}).found()[Feature::drop_time].value, 0.15 * std::log(9.0), 0.02 * 0.33);
+}
+
 TEST("without a loss of resistance its features are absent, and the peak is that of the trace") {
   const Features found = of({.plateau = PressureLaw{}.peak}).found();
   CHECK(*found[Feature::loss_of_resistance].value == 0.0);

@@ -282,6 +282,8 @@ TEST("measured recordings show what their verdict says, rebuilt ones neither add
     CHECK(find(all, row.factor).shown == row.shown);
     CHECK_CONTAINS(find(all, row.factor).evidence, row.evidence);
   }
+  CHECK(find(credibility({}, &one_subject), "test samples").evidence ==
+        "measured recordings: 3, of subjects: 1");
 }
 
 }  // namespace
