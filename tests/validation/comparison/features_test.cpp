@@ -343,6 +343,7 @@ TEST("only a feature that is hidden in the trace is absent, with a reason") {
   } const rows[] = {
       {gap.found(), Feature::drop_time, "a gap hides the fall"},
       {early.found(), Feature::loss_of_resistance,
+       // the trace ends at 9.00 s; filtered, it falls from 6.1 s
        "the trace ends 2.90 s after a fall of 87 %; 5 s needed"},
       {of({.rise = 0.5, .loss = 1.5}).found(), Feature::slope_before,
        "less than 2.1 s before the peak"},
