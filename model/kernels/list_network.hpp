@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "model/kernels/cell_forces.hpp"
 #include "model/kernels/network_system.hpp"
 #include "model/kernels/spring_kernels.hpp"
 #include "model/kernels/system.hpp"
@@ -37,7 +38,8 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
       this->set_mass(mass);
     }
     sort_springs(problem, skip);
-    damped_ = is_damped(problem.network().springs);
+    cells_.take(problem, this->layout());
+    damped_ = is_damped(problem.network().springs) || cells_.damped();
     springs_.law = SpringLaw::from(printed);
     springs_.lagged = printed.lagged_velocity;
     springs_.lag = static_cast<Real>(h);
@@ -50,6 +52,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     f.setZero();
     if (!damped_) { return; }
     add_damping(springs_, q.data(), w.data(), f.data());
+    cells_.add_damping(q.data(), w.data(), f.data());
     f = -f;
   }
   [[nodiscard]] bool has_dampers() const override { return damped_; }
@@ -91,6 +94,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
                         }
                       }
                     });
+    cells_.add_jacobian(q.data(), v.data(), on_damping, on_stiffness, values);
   }
   void pattern(Eigen::SparseMatrix<Real>& a) override {
     assert(spacing_ == 3);
@@ -109,6 +113,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
       block(s.a, s.b);
       block(s.b, s.a);
     }
+    cells_.for_each_pair(block);
     a.resize(this->dof(), this->dof());
     a.setFromTriplets(triplets.begin(), triplets.end());
     a.makeCompressed();
@@ -127,6 +132,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     for (const auto& s : springs_.anchors) {
       slots_.push_back({slot_of(a, s.a, s.a), slot_of(a, s.a, s.a + 1), slot_of(a, s.a, s.a + 2)});
     }
+    cells_.find_slots(a);
     for (int i = 0; i < static_cast<int>(a.cols()); ++i) {
       diagonal_slots_.push_back(slot_of(a, i, i));
     }
@@ -150,14 +156,16 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     } else {
       groups_.add(q.data(), v.data(), f.data());
     }
+    cells_.add(q.data(), v.data(), f.data());
     add_fixed_pairs();
   }
   double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                          Vector<Real>& f) noexcept override {
     if (groups_.empty()) { return NetworkSystem<Real>::measure_springs(q, v, f); }
     const double energy = groups_.measure(q.data(), v.data(), f.data());
+    cells_.add(q.data(), v.data(), f.data());
     add_fixed_pairs();
-    return energy;
+    return energy + cells_.energy(q.data());
   }
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override {
     double energy = 0.0;
@@ -166,14 +174,15 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
                       energy += 0.5 * add_twice_energy(numbers_of<double>(s),
                                                        static_cast<double>(d.norm()), 0.0);
                     });
-    return energy;
+    return energy + cells_.energy(q.data());
   }
   [[nodiscard]] std::size_t spring_bytes() const noexcept override {
     return springs_.links.size() * sizeof(Link<Real>) +
            springs_.anchors.size() * sizeof(Anchor<Real>) +
            springs_.previous_length.size() * sizeof(Real) + slots_.size() * sizeof(slots_[0]) +
            diagonal_slots_.size() * sizeof(diagonal_slots_[0]) +
-           static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + groups_.memory_bytes();
+           static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + groups_.memory_bytes() +
+           cells_.memory_bytes();
   }
   /// Adds entries of the pattern that do not belong to nodes.
   virtual void add_entries(std::vector<Eigen::Triplet<Real>>& /*entries*/) const {}
@@ -274,6 +283,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
   int spacing_;  ///< offset between the coordinates of consecutive nodes
   SpringSet<Real> springs_;
   AdjacencySprings<Real> groups_{};  ///< the same springs, unless a printed form is selected
+  CellForces<Real> cells_{};
   bool damped_ = true;
   Vector<Real> next_force_;      ///< weight, between two one-pass steps [N]
   SpringSet<Real> fixed_pairs_;  ///< only with skip = false

@@ -18,7 +18,9 @@ struct PathInterval {
   double cutting_force = 0.0;  ///< [N]
   double friction = 0.0;       ///< [N/m] per metre of shaft
   TissueRole role = TissueRole::tissue;
-  std::string label{};  ///< name of the layer or of its material
+  std::string label{};           ///< name of the layer or of its material
+  double youngs_modulus = 0.0;   ///< [Pa]; 0 in a gap or in an unknown material
+  double poissons_ratio = 0.25;  ///< [1]
 };
 
 /// Returns the interval of a material between two depths [m].
@@ -34,6 +36,23 @@ std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vecto
 std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double first);
 
 struct NodeGrid;  // tissue_grid.hpp
+
+/// Axial compliance between a tool and the tissue around its tip that the grid lacks, because its
+/// cells are not small against the tool (model/EQUATIONS.md, "Contact of a size").
+struct TipCompliance {
+  double first = 0.0;           ///< depth of the first value [m]
+  double step = 0.0;            ///< [m]
+  std::vector<double> value{};  ///< [m/N]; empty: none
+  double continuum = 0.0;       ///< compliance of the layered continuum at the skin [m/N]
+  double grid = 0.0;            ///< compliance of the unbounded grid there [m/N]
+  /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
+  double excess = 0.0;
+  [[nodiscard]] double at(double depth) const noexcept;
+  /// Depth of the last value [m].
+  [[nodiscard]] double last() const noexcept {
+    return first + step * (static_cast<double>(value.size()) - 1.0);
+  }
+};
 
 /// Contact points of a tool and the materials along it. The path of a probe has one contact point.
 class NeedlePath {
@@ -68,6 +87,10 @@ class NeedlePath {
   /// Returns the depth at which bone begins [m]; infinite without bone.
   [[nodiscard]] double bone() const { return bone_; }
 
+  /// Computes the compliance that the grid lacks; empty for a bare network, whose material is
+  /// unknown.
+  [[nodiscard]] TipCompliance tip_compliance(const Scene& scene,
+                                             const SpringNetwork& network) const;
   [[nodiscard]] Place place(double depth) const noexcept;
   /// Returns the index of the interval at `depth`; a boundary belongs to the next interval.
   [[nodiscard]] std::size_t interval_at(double depth) const noexcept;
@@ -85,7 +108,6 @@ class NeedlePath {
   void of_needle(const Scene& scene, const SpringNetwork& network);
   void of_probe(const Scene& scene, const SpringNetwork& network);
   void add_knot(double depth, const std::vector<Support>& supports);
-  void lattice_knots(const Scene& scene, const SpringNetwork& network);
   void network_knots(const SpringNetwork& network);
   void cut_into_pieces();
 

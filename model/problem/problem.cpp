@@ -8,6 +8,8 @@
 #include <limits>
 #include <numbers>
 
+#include "model/problem/cell_law.hpp"
+
 namespace palpate {
 
 bool SpringLaw::is_printed(const PrintedForm& printed) {
@@ -45,21 +47,21 @@ Vector3d at_node(const Coordinates& q, Eigen::Index first, const NodeVectors& fa
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-/// Adds the 3x3 blocks of one spring; negative coordinates denote fixed nodes.
-void add_blocks(Triplets& triplets, Eigen::Index a, Eigen::Index b, const Matrix3d& block) {
-  const auto add = [&](Eigen::Index row, Eigen::Index column, double sign) {
-    if (row < 0 || column < 0) { return; }
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) {
-        triplets.emplace_back(static_cast<int>(row + r), static_cast<int>(column + c),
-                              sign * block(r, c));
-      }
+/// Adds a 3x3 block; negative coordinates denote fixed nodes.
+void add_block(Triplets& triplets, Eigen::Index row, Eigen::Index column, const Matrix3d& block) {
+  if (row < 0 || column < 0) { return; }
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      triplets.emplace_back(static_cast<int>(row + r), static_cast<int>(column + c), block(r, c));
     }
-  };
-  add(a, a, 1.0);
-  add(b, b, 1.0);
-  add(a, b, -1.0);
-  add(b, a, -1.0);
+  }
+}
+/// Adds the 3x3 blocks of one spring.
+void add_blocks(Triplets& triplets, Eigen::Index a, Eigen::Index b, const Matrix3d& block) {
+  add_block(triplets, a, a, block);
+  add_block(triplets, b, b, block);
+  add_block(triplets, a, b, -block);
+  add_block(triplets, b, a, -block);
 }
 
 }  // namespace
@@ -86,7 +88,8 @@ std::size_t NetworkProblem::memory_bytes() const {
                                n.initial_velocity.size() + n.mass.size() + displaced_.size() +
                                mass_.size();
   return static_cast<std::size_t>(numbers) * sizeof(double) + n.fixed.capacity() +
-         n.springs.memory_bytes() + (free_.capacity() + coordinate_.capacity()) * sizeof(int);
+         n.springs.memory_bytes() + n.cells.capacity() * sizeof(VolumeCell) +
+         (free_.capacity() + coordinate_.capacity()) * sizeof(int);
 }
 
 Eigen::VectorXd NetworkProblem::initial_position() const {
@@ -118,6 +121,29 @@ void NetworkProblem::for_each_spring(const Coordinates& q, const Coordinates& v,
   }
 }
 
+template <class Visit>
+void NetworkProblem::for_each_cell(const Coordinates& q, const Coordinates& v, Visit visit) const {
+  for (const VolumeCell& cell : network_.cells) {
+    Corners<double> x{};
+    Corners<double> rate{};
+    for (std::size_t n = 0; n < 8; ++n) {
+      const Eigen::Index at = coordinate(cell.nodes[n]);
+      const Vector3d place = at_node(q, at, held_position(), cell.nodes[n]);
+      x[n] = {place.x(), place.y(), place.z()};
+      if (at >= 0) { rate[n] = {v(at), v(at + 1), v(at + 2)}; }
+    }
+    visit(cell, x, rate);
+  }
+}
+
+namespace {
+
+CellNumbers<double> numbers_of_cell(const VolumeCell& cell) {
+  return {cell.stiffness, cell.viscosity, cell.collapse, cell.volume};
+}
+
+}  // namespace
+
 void NetworkProblem::force(double t, double gate, const Coordinates& q, const Coordinates& v,
                            Eigen::Ref<Eigen::VectorXd> f) const {
   const SpringLaw law = SpringLaw::from(printed_);
@@ -132,6 +158,15 @@ void NetworkProblem::force(double t, double gate, const Coordinates& q, const Co
                     if (a >= 0) { f.segment<3>(a) += on_a; }
                     if (b >= 0) { f.segment<3>(b) -= on_a; }
                   });
+  for_each_cell(q, v,
+                [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>& rate) {
+                  Corners<double> on{};
+                  add_cell_forces<true>(numbers_of_cell(cell), x, rate, on);
+                  for (std::size_t n = 0; n < 8; ++n) {
+                    const Eigen::Index at = coordinate(cell.nodes[n]);
+                    if (at >= 0) { f.segment<3>(at) += Vector3d(on[n].x, on[n].y, on[n].z); }
+                  }
+                });
   for (const Load& load : loads_) {
     const double factor = load_factor(load, t, gate);
     if (factor == 0.0) { continue; }
@@ -161,6 +196,20 @@ void NetworkProblem::jacobian(const Coordinates& q, const Coordinates& v, Jacobi
                     add_blocks(position_triplets, a, b, gradient.position);
                     add_blocks(velocity_triplets, a, b, gradient.velocity);
                   });
+  for_each_cell(
+      q, v, [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>& rate) {
+        const auto gradient = cell_gradient<double>(numbers_of_cell(cell), x, rate);
+        for (std::size_t r = 0; r < 8; ++r) {
+          for (std::size_t c = 0; c < 8; ++c) {
+            const Eigen::Index row = coordinate(cell.nodes[r]);
+            const Eigen::Index column = coordinate(cell.nodes[c]);
+            const auto at_r = static_cast<Eigen::Index>(3 * r);
+            const auto at_c = static_cast<Eigen::Index>(3 * c);
+            add_block(position_triplets, row, column, gradient.position.block<3, 3>(at_r, at_c));
+            add_block(velocity_triplets, row, column, gradient.velocity.block<3, 3>(at_r, at_c));
+          }
+        }
+      });
   for (Eigen::Index i = 0; i < dof(); i += 3) {  // free nodes without springs need a block as well
     add_blocks(position_triplets, i, -1, Matrix3d::Zero());
     add_blocks(velocity_triplets, i, -1, Matrix3d::Zero());
@@ -196,6 +245,10 @@ double NetworkProblem::energy(const Coordinates& q, const Coordinates& v) const 
       [&](const Spring& spring, Eigen::Index, Eigen::Index, const Vector3d& d, const Vector3d&) {
         energy += 0.5 * add_twice_energy(numbers_of<double>(spring), d.norm(), 0.0);
       });
+  for_each_cell(q, v,
+                [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>&) {
+                  energy += cell_energy(numbers_of_cell(cell), x);
+                });
   for (const int i : free_) {
     energy -= network_.mass(i) * gravity_.dot(q.segment<3>(coordinate(i)));
   }

@@ -118,6 +118,9 @@ class NetworkProblem final : public Problem {
   /// fixed, d = x_b - x_a and w = v_b - v_a.
   template <class Visit>
   void for_each_spring(const Coordinates& q, const Coordinates& v, Visit visit) const;
+  /// Calls visit(cell, x, v) for each cell, with the positions and velocities of its corners.
+  template <class Visit>
+  void for_each_cell(const Coordinates& q, const Coordinates& v, Visit visit) const;
 
   SpringNetwork network_;
   std::vector<Load> loads_;

@@ -7,8 +7,10 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -70,6 +72,10 @@ struct Probe {
   Eigen::Vector2d size{0.015, 0.015};  ///< fingertip: diameter; ultrasound: along x and y [m]
   Eigen::Vector2d entry{0.0, 0.0};     ///< centre of the footprint [m]
   double mass = 0.1;                   ///< for a drive by force [kg]
+  /// Radius of a disc with the area of the footprint [m].
+  [[nodiscard]] double radius() const {
+    return shape == Shape::fingertip ? 0.5 * size.x() : std::sqrt(size.prod() / std::numbers::pi);
+  }
   std::optional<PalpationGrid> map{};  ///< map of the palpated stiffness, in addition to the run
 };
 
@@ -153,12 +159,15 @@ enum class TissueRole { tissue, epidural_space, dura, bone };
 struct Material {
   std::string name{};
   double youngs_modulus = 0.0;        ///< E [Pa]
+  double poissons_ratio = 0.25;       ///< nu [1]; 1/4 needs springs only
   double density = 1000.0;            ///< [kg/m^3]
   double damping_ratio = 0.0;         ///< of each spring, relative to its reduced mass [1]
   std::optional<double> viscosity{};  ///< per spring, replaces damping_ratio [N s/m]
-  double cutting_force = 0.0;         ///< [N]
-  double friction = 0.0;              ///< [N/m] per metre of shaft
-  std::optional<TissueRole> role{};   ///< empty: derived from the name by role_of()
+  /// tau of a Kelvin-Voigt solid, viscosity over stiffness [s]; replaces damping_ratio.
+  std::optional<double> retardation_time{};
+  double cutting_force = 0.0;        ///< [N]
+  double friction = 0.0;             ///< [N/m] per metre of shaft
+  std::optional<TissueRole> role{};  ///< empty: derived from the name by role_of()
 };
 
 /// Returns the given role, or that of "epidural", "dura" or "bone" in the name, otherwise tissue.

@@ -309,12 +309,20 @@ template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
           required({.doc = "Name; replaces the library material of the same name"}));
   v.value("youngs_modulus", m.youngs_modulus,
           required({"Pa", range::positive, "Young's modulus E"}));
+  v.value("poissons_ratio", m.poissons_ratio,
+          {"1", range::from_to_below(0.25, 0.5),
+           "Poisson's ratio nu; above 0.25 the cells resist changes of their volume"});
   v.value("density", m.density, {"kg/m^3", range::positive, "Density of the tissue"});
   v.value("damping_ratio", m.damping_ratio,
           {"1", range::non_negative, "Damping ratio of each spring with its reduced mass"});
   v.value("viscosity", m.viscosity,
           {"N s/m", range::non_negative, "Viscosity of a spring, instead of damping_ratio"});
+  v.value("retardation_time", m.retardation_time,
+          {"s", range::non_negative,
+           "Viscosity over stiffness of the tissue (Kelvin-Voigt), on every grid"});
   v.at_most_one("damping_ratio", "viscosity");
+  v.at_most_one("damping_ratio", "retardation_time");
+  v.at_most_one("viscosity", "retardation_time");
   v.value("cutting_force", m.cutting_force,
           {"N", range::non_negative, "Cutting force at the needle tip"});
   v.value("friction", m.friction,

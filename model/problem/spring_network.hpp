@@ -186,7 +186,16 @@ inline auto SpringList::end() const -> Iterator {
 
 using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
 
-/// Network of point masses and springs.
+/// Cell of eight nodes that resists changes of its volume (model/EQUATIONS.md, "Cell volume").
+struct VolumeCell {
+  std::array<int, 8> nodes{};  ///< corner n is at (n & 1, n >> 1 & 1, n >> 2) of the cell
+  double stiffness = 0.0;      ///< kappa = lambda - mu [Pa]
+  double viscosity = 0.0;      ///< kappa tau [Pa s]
+  double collapse = 0.0;       ///< beta, modulus of the resistance to collapse [Pa]
+  double volume = 0.0;         ///< V0 [m^3]
+};
+
+/// Network of point masses, springs and cells.
 struct SpringNetwork {
   NodeVectors rest_position{};         ///< X   [m]
   NodeVectors initial_displacement{};  ///< x(0) - X [m]; no columns: all zero
@@ -194,6 +203,7 @@ struct SpringNetwork {
   Eigen::VectorXd mass{};              ///< [kg]
   std::vector<std::uint8_t> fixed{};   ///< 1: the node never moves
   SpringList springs{};
+  std::vector<VolumeCell> cells{};  ///< those that resist changes of volume; may be empty
 
   [[nodiscard]] Eigen::Index node_count() const { return rest_position.cols(); }
   [[nodiscard]] bool is_fixed(int node) const { return fixed[static_cast<std::size_t>(node)] != 0; }

@@ -77,12 +77,12 @@ template <class Real> class ConstraintCompliance {
   /// Removes all constraint rows. A row is the sum over contact points of coefficient . U, plus
   /// `on_tool` times the tool's coordinate.
   void clear() noexcept { rows_ = 0; }
-  /// Adds a row and returns the coefficients of contact points [first, first + count), which the
-  /// caller must set.
-  std::span<Eigen::Vector3d> add_row(std::size_t first, std::size_t count,
-                                     double on_tool) noexcept {
+  /// Adds a row, rigid or with the mobility `softness` [1/kg], and returns the coefficients of
+  /// contact points [first, first + count), which the caller must set.
+  std::span<Eigen::Vector3d> add_row(std::size_t first, std::size_t count, double on_tool,
+                                     double softness = 0.0) noexcept {
     if (rows_ == 0) { used_ = 0; }
-    row_[rows_++] = {first, count, on_tool, used_};
+    row_[rows_++] = {first, count, on_tool, used_, softness};
     used_ += count;
     return {coefficients_.data() + used_ - count, count};
   }
@@ -103,6 +103,7 @@ template <class Real> class ConstraintCompliance {
         small_(i, j) =
             along(row_[static_cast<std::size_t>(i)], image, row.on_tool * tool_response_);
       }
+      small_(j, j) += row.softness;
     }
     // In-place Cholesky factorisation, row by row. A row whose pivot is negative from rounding is
     // not constrained.
@@ -188,6 +189,7 @@ template <class Real> class ConstraintCompliance {
     std::size_t count = 0;
     double on_tool = 0.0;
     std::size_t coefficients = 0;  ///< index of the first coefficient
+    double softness = 0.0;         ///< of a constraint that is not rigid [1/kg]
   };
   [[nodiscard]] double along(const Row& row, const Eigen::Ref<const Eigen::VectorXd>& knots,
                              double tool) const noexcept {

@@ -515,13 +515,16 @@ constexpr std::array registry{
                              .order_undamped = 4,
                              .order_damped = 4,
                              .evaluations = 4}),
-    registered<ImplicitEuler>(
-        {.name = "implicit-euler", .summary = "implicit Euler, sparse Newton", .implicit = true}),
+    registered<ImplicitEuler>({.name = "implicit-euler",
+                               .summary = "implicit Euler, sparse Newton",
+                               .implicit = true,
+                               .theta = 1.0}),
     registered<ImplicitMidpoint>({.name = "implicit-midpoint",
                                   .summary = "implicit midpoint rule, sparse Newton",
                                   .order_undamped = 2,
                                   .order_damped = 2,
-                                  .implicit = true})};
+                                  .implicit = true,
+                                  .theta = 0.5})};
 
 constexpr auto pointers =
     std::apply([](const auto&... entries) { return std::array{&entries...}; }, registry);

@@ -19,6 +19,7 @@ struct IntegratorInfo {
   int order_damped = 1;
   int evaluations = 1;          ///< force evaluations per step; per iteration for implicit schemes
   bool implicit = false;        ///< A-stable: no limit on the step
+  double theta = 0.0;           ///< of an implicit scheme: forces at t + theta h; 0: explicit
   bool one_evaluation = false;  ///< supports the lagged spring velocity of the printed Eq. 9
   std::unique_ptr<Integrator<double>> (*make_double)() = nullptr;
   std::unique_ptr<Integrator<float>> (*make_float)() = nullptr;

@@ -251,7 +251,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     if (network_ == nullptr) { return oscillator_->energy(q, v); }
     const double energy =
         elastic_energy_ ? network_->energy(q, v, *elastic_energy_) : network_->energy(q, v);
-    return tool_ ? energy + tool_->contact.kinetic_energy() : energy;
+    return tool_ ? energy + tool_->contact.stored_energy() : energy;
   }
   [[nodiscard]] int zero_length_springs() const noexcept override {
     return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
@@ -272,8 +272,9 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
  private:
   /// Needle or probe in a run.
   struct Tool {
-    Tool(const Scene& scene, const NetworkProblem& problem, NetworkSystem<Real>& tissue)
-        : contact(scene, problem, tissue.layout()), system(tissue, contact) {
+    Tool(const Scene& scene, const NetworkProblem& problem, NetworkSystem<Real>& tissue,
+         const TipCompliance& compliance)
+        : contact(scene, problem, tissue.layout(), compliance), system(tissue, contact) {
       scratch.setZero(system.dof());
     }
     ToolContact<Real> contact;
@@ -289,7 +290,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     spring_count = network_->spring_count();
     state_ = {network_->initial_position(), network_->initial_velocity()};
     if (!scene.needle && !scene.probe) { return; }
-    tool_ = std::make_unique<Tool>(scene, *network, *network_);
+    tool_ = std::make_unique<Tool>(scene, *network, *network_, plan.tip);
     tool_->contact.begin(state_);
     if (plan.integrator->implicit) { tool_->before = state_; }
     audit_ = scene.output.audit;
@@ -302,7 +303,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   void step_with_tool(double t) noexcept {
     const bool implicit = plan.integrator->implicit;
     ToolContact<Real>& contact = tool_->contact;
-    if (contact.begin_step(t, plan.h, state_, implicit)) { tool_->system.forget(); }
+    if (contact.begin_step(t, plan.h, state_, plan.integrator->theta)) { tool_->system.forget(); }
     const double before = audit_ ? damping_power() : 0.0;
     if (implicit) { tool_->before = state_; }
     integrator_->step(tool_->system, state_, t, plan.h);

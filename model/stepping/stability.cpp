@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "model/kernels/system.hpp"
+#include "model/problem/cell_law.hpp"
 #include "model/problem/problem.hpp"
 #include "model/stepping/integrator.hpp"
 
@@ -104,6 +105,39 @@ void visit_blocks(const NetworkProblem& problem, MatrixKind kind, const NodeRang
   }
 }
 
+/// Part of a cell in a stiffness or damping matrix, factor * g g^T, with the gradient g of its
+/// volume in units of V0. The pressure of a cell that is not at rest is left out.
+struct CellPart {
+  std::array<Eigen::Index, 8> at{};  ///< coordinates of the corners; -1: fixed
+  std::array<Vector3d, 8> gradient{};
+  double factor = 0.0;
+};
+
+/// Calls visit(part) for the cells with a corner at a coordinate that `wanted` accepts.
+template <class Wanted, class Visit>
+void visit_cells(const NetworkProblem& problem, MatrixKind kind, Wanted wanted, Visit visit) {
+  for (const VolumeCell& cell : problem.network().cells) {
+    CellPart part;
+    Corners<double> x{};
+    bool found = false;
+    for (std::size_t n = 0; n < 8; ++n) {
+      part.at[n] = problem.coordinate(cell.nodes[n]);
+      found = found || (part.at[n] >= 0 && wanted(part.at[n]));
+      const Vector3d place = problem.held_position().col(cell.nodes[n]);
+      x[n] = {place.x(), place.y(), place.z()};
+    }
+    part.factor = cell.volume * (kind == MatrixKind::damping ? cell.viscosity : cell.stiffness);
+    if (!found || part.factor == 0.0) { continue; }
+    const CellVolumes<double> volumes = volumes_of(x, cell.volume);
+    Corners<double> sum{};
+    for (std::size_t n = 0; n < 8; ++n) {
+      add_gradient(volumes.corner[n], n, 0.125 / cell.volume, sum);
+    }
+    for (std::size_t n = 0; n < 8; ++n) { part.gradient[n] = {sum[n].x, sum[n].y, sum[n].z}; }
+    visit(part);
+  }
+}
+
 // Lower bound on the highest frequency of a network.
 
 constexpr int most_vectors = 200;
@@ -168,6 +202,10 @@ class Lanczos {
                  [&](Eigen::Index a, Eigen::Index b, const Matrix3d& matrix) {
                    blocks_.push_back({in_part(a), in_part(b), matrix});
                  });
+    visit_cells(problem, kind, wanted, [&](CellPart cell) {
+      for (Eigen::Index& at : cell.at) { at = in_part(at); }
+      cells_.push_back(cell);
+    });
   }
 
   /// Returns the largest eigenvalue [1/s^2 or 1/s]; a Ritz value is a lower bound of it.
@@ -220,6 +258,17 @@ class Lanczos {
       if (block.a >= 0) { y.segment<3>(block.a) -= f; }
       if (block.b >= 0) { y.segment<3>(block.b) += f; }
     }
+    for (const CellPart& cell : cells_) {
+      double growth = 0.0;
+      for (std::size_t n = 0; n < 8; ++n) {
+        if (cell.at[n] >= 0) { growth += cell.gradient[n].dot(x.segment<3>(cell.at[n])); }
+      }
+      for (std::size_t n = 0; n < 8; ++n) {
+        if (cell.at[n] >= 0) {
+          y.segment<3>(cell.at[n]) += cell.factor * growth * cell.gradient[n];
+        }
+      }
+    }
     y.array() /= mass_.array();
   }
 
@@ -247,6 +296,7 @@ class Lanczos {
 
   const VectorXd& mass_;
   std::vector<Block> blocks_;
+  std::vector<CellPart> cells_;
   VectorXd before_, now_, next_;
   std::vector<double> alpha_, beta_;  ///< diagonal and off-diagonal of the tridiagonal matrix
   VectorXd ritz_;
@@ -287,6 +337,21 @@ Fastest bound_with_weights(const NetworkProblem& problem, MatrixKind kind, const
                  add(a, b, matrix);
                  add(b, a, matrix);
                });
+  // (sum g_n . x_n)^2 <= sum (g_n . x_n)^2 / s_n for shares s_n that sum to one.
+  visit_cells(problem, kind, everywhere, [&](const CellPart& cell) {
+    std::array<double, 8> share{};
+    double total = 0.0;
+    for (std::size_t n = 0; n < 8; ++n) {
+      if (cell.at[n] < 0) { continue; }
+      total += share[n] = cell.gradient[n].norm() * weight(cell.at[n] / 3);
+    }
+    for (std::size_t n = 0; n < 8; ++n) {
+      if (!(share[n] > 0.0)) { continue; }
+      sums[static_cast<std::size_t>(cell.at[n] / 3)] +=
+          cell.factor * total / share[n] *
+          upper_of(cell.gradient[n] * cell.gradient[n].transpose());
+    }
+  });
   Fastest fastest;
   Upper before = Upper::Zero();  // matrix of the last evaluated node, divided by its mass
   for (std::size_t i = 0; i < sums.size(); ++i) {
@@ -378,6 +443,11 @@ SpectralBounds spectral_bounds(const NetworkProblem& problem) {
   for (const SpringList::Bond& bond : problem.network().springs.kinds()) {
     if (bond.stiffness > 0.0) {
       bounds.relaxation_lower = std::min(bounds.relaxation_lower, bond.viscosity / bond.stiffness);
+    }
+  }
+  for (const VolumeCell& cell : problem.network().cells) {
+    if (cell.stiffness > 0.0) {
+      bounds.relaxation_lower = std::min(bounds.relaxation_lower, cell.viscosity / cell.stiffness);
     }
   }
   if (!std::isfinite(bounds.relaxation_lower)) { bounds.relaxation_lower = 0.0; }

@@ -194,6 +194,7 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
   const bool device = scene.drive && scene.drive->kind == Drive::Kind::falcon;
   for (auto& [skipped, text] : std::initializer_list<std::pair<bool, std::string>>{
            {!is_damped(network.springs), "dampers: every spring has zero viscosity"},
+           {network.cells.empty(), "cell volumes: Poisson's ratio is 1/4 everywhere"},
            {springs > 0, "springs between fixed nodes: " + std::to_string(springs)},
            {nodes > 0, "stepping of fixed nodes: " + std::to_string(nodes)},
            {scene.tissue.gravity.isZero(), "gravity: zero"},
@@ -225,6 +226,39 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
   bounds.damping_upper = std::max(bounds.damping_upper, viscosity / mass);
 }
 
+/// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool
+/// on the nodes of its contact points. Grids as stiff as the continuum to 1 % are left as they are.
+void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
+  const NeedlePath path(scene, problem.network());
+  plan.tip = path.tip_compliance(scene, problem.network());
+  TipCompliance& tip = plan.tip;
+  const double most = tip.value.empty() ? 0.0 : std::ranges::max(tip.value);
+  if (!(most > 0.01 * tip.continuum)) {
+    plan.skipped.emplace_back(
+        "compliance of the contact: the grid resolves the tool, or its "
+        "material is unknown");
+    tip.value.clear();
+    return;
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (const double value : tip.value) {
+    if (value > 0.0) { least = std::min(least, value); }
+  }
+  least = std::max(least, 0.01 * tip.continuum);
+  for (double& value : tip.value) { value = std::max(value, least); }
+  double mobility = 0.0;
+  for (const NeedlePath::Knot& knot : path.knots()) {
+    double own = 0.0;
+    for (const NeedlePath::Support& s : path.supports(knot)) {
+      const Eigen::Index at = problem.coordinate(s.node);
+      if (at >= 0) { own += s.weight * s.weight / problem.mass()(at); }
+    }
+    mobility = std::max(mobility, own);
+  }
+  const double square = mobility / least;
+  plan.bounds.omega_upper = std::hypot(plan.bounds.omega_upper, std::sqrt(square));
+}
+
 template <class Real> std::string instructions_of(bool lattice) {
   return lattice ? lattice_kernels<Real>().front().name : adjacency_kernels<Real>().front().name;
 }
@@ -247,6 +281,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool single = scene.simulation.precision == Precision::single_precision;
   plan.bounds =
       network != nullptr ? spectral_bounds(*network) : spectral_bounds(scene.tissue.oscillator);
+  if (network != nullptr && (scene.needle || scene.probe)) { add_contact(scene, *network, plan); }
   if (network != nullptr && scene.drive) { add_tool(scene, plan.bounds); }
   for (const IntegratorInfo* info : integrators()) {
     plan.stable_step[std::string(info->name)] =
@@ -268,14 +303,18 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
     return plan;
   }
   const PrintedForm& printed = scene.simulation.printed;
-  const bool damped = is_damped(network->network().springs);
+  const bool damped = is_damped(network->network().springs) ||
+                      std::ranges::any_of(network->network().cells,
+                                          [](const VolumeCell& c) { return c.viscosity > 0.0; });
   const bool law_as_printed = SpringLaw::is_printed(printed);
   std::optional<LatticeShape> shape;
-  if (!plan.integrator->implicit && !law_as_printed && !plan.far) {
+  const bool cells = !network->network().cells.empty();
+  if (!plan.integrator->implicit && !law_as_printed && !plan.far && !cells) {
     shape = network->network().springs.lattice();
   }
   plan.lattice = shape.has_value();
   plan.kernel = kernel_name(plan.lattice, law_as_printed, damped || !skip, single);
+  if (cells) { plan.kernel += "-cells"; }
   if (plan.far) { plan.kernel += "-far-field"; }
   choose_sleep(scene, *network, plan);
   const std::optional<LatticeRows> rows = lattice_rows(shape, single, plan.sleep_force <= 0.0);

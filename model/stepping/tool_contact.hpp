@@ -94,8 +94,10 @@ class ToolState {
 
 template <class Real> class ToolContact : public ToolState {
  public:
-  ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout)
+  ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout,
+              TipCompliance compliance = {})
       : ToolState(scene, problem.network()),
+        compliance_(std::move(compliance)),
         drive_(scene.drive.value_or(Drive{})),
         trajectory_(drive_, scene.simulation.duration + scene.simulation.step),
         needle_(scene.needle.has_value()),
@@ -132,6 +134,8 @@ template <class Real> class ToolContact : public ToolState {
     depth_ = cut_ = knots_.front().depth;
   }
 
+  /// Returns the kinetic energy and the energy of the tissue pressed by the tip [J].
+  [[nodiscard]] double stored_energy() const noexcept { return kinetic_energy() + pressed_; }
   /// Returns true under an applied force: the tool then has a coordinate, after those of the
   /// network.
   [[nodiscard]] bool is_coordinate() const { return tool_ >= 0; }
@@ -151,12 +155,15 @@ template <class Real> class ToolContact : public ToolState {
   }
 
   /// Evaluates the trajectory for a step from t to t + h. Sticking parts follow a jump of its
-  /// velocity. With `predict` the depth is extrapolated linearly and not taken from the state.
+  /// velocity. An implicit scheme gives its theta; the depth is then extrapolated linearly and not
+  /// taken from the state. An explicit scheme gives 0.
   /// Returns true if it changed the state.
-  bool begin_step(double t, double h, State<Real>& state, bool predict) noexcept {
+  bool begin_step(double t, double h, State<Real>& state, double theta) noexcept {
     step_begin_ = t;
     step_length_ = h;
+    const bool predict = theta > 0.0;
     predict_ = predict;
+    theta_ = theta;
     depth_begin_ = depth_;
     first_evaluation_ = true;
     const bool changed = !is_coordinate() && follow(t, h, state);
@@ -164,6 +171,10 @@ template <class Real> class ToolContact : public ToolState {
       gather(state.position, state.velocity);
       weigh();
       lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
+      if (softness_ > 0.0) {
+        place_ = is_coordinate() ? static_cast<double>(state.position(tool_)) : place_begin_;
+        lag_.x() = (lag_.x() + gap() / (theta * h * h)) / theta;
+      }
       predict_cutting();
     }
     return changed;
@@ -258,7 +269,7 @@ template <class Real> class ToolContact : public ToolState {
     const double own = is_coordinate() && !at_bone_ ? 1.0 : 0.0;
     if (contact_.tip_held) {
       const std::size_t count = std::min<std::size_t>(2, knots_.size() - at_.knot);
-      const auto row = held_.add_row(at_.knot, count, own);
+      const auto row = held_.add_row(at_.knot, count, own, step_softness());
       for (std::size_t n = 0; n < count; ++n) { row[n] = -tip_share(at_.knot + n) * n_; }
     }
     if (contact_.shaft_held) {
@@ -313,6 +324,9 @@ template <class Real> class ToolContact : public ToolState {
       match_positions(state);
       match_velocities(state);
     }
+    const double pressed = in_tissue() ? 0.5 * softness_ * tip_force_ * tip_force_ : 0.0;
+    if (tip_ != TipMode::stuck) { losses_.cutting += pressed_ - pressed; }
+    pressed_ = pressed;
     dissipated_power_begin_ = dissipated_power();
     depth_rate_ = depth_rate();
     if (syringe_) { syringe_->advance(step_length_, in_tissue(), interval().role); }
@@ -389,7 +403,7 @@ template <class Real> class ToolContact : public ToolState {
       case TipMode::stuck: depth_ = cut_; break;
       case TipMode::cutting:
       case TipMode::in_track:
-        depth_ = predict_ ? depth_begin_ + depth_rate_ * (t - step_begin_) : depth_at(place_);
+        depth_ = predict_ ? depth_begin_ + depth_rate_ * (t - step_begin_) : depth_of_tip();
         break;
     }
   }
@@ -411,9 +425,46 @@ template <class Real> class ToolContact : public ToolState {
   [[nodiscard]] double velocity_at(NeedlePath::Place at) const noexcept {
     return between_knots(at, &Knot::velocity);
   }
+  /// Returns the depth of the material at the tip. A tip that cuts presses the tissue before it
+  /// with the cutting force: d + U(d) + c_s(d) F_c = s. The first solution at or beyond the cut is
+  /// taken, at most the end of the interval. Returns a depth before the cut if there is none.
+  [[nodiscard]] double depth_of_tip() const noexcept {
+    if (tip_ != TipMode::cutting || compliance_.value.empty()) { return depth_at(place_); }
+    const double force = cutting_force();
+    const auto missing = [&](double depth) {  // distance that the tip still has to go
+      return place_ - depth - between_knots(path_.place(depth), &Knot::displacement) -
+             compliance_.at(depth) * force;
+    };
+    double low = cut_;
+    double rest = missing(low);
+    if (!(rest > 0.0)) { return rest < 0.0 ? low + rest : low; }
+    const double border = path_.intervals()[path_.interval_at(cut_)].end;
+    const double last = std::min(border, compliance_.last());
+    while (low < last) {
+      const double high = std::min(low + compliance_.step, last);
+      const double next = missing(high);
+      if (!(next > 0.0)) { return low + (high - low) * rest / (rest - next); }
+      low = high;
+      rest = next;
+    }
+    return last == border ? border : std::max(low, depth_at(place_ - compliance_.at(low) * force));
+  }
+  /// Returns the distance by which a sticking tip presses the tissue that the grid does not resolve
+  /// [m].
+  [[nodiscard]] double gap() const noexcept {
+    return place_ - cut_ - between_knots(at_, &Knot::displacement);
+  }
+  /// Compliance of that tissue in an implicit step, as a mobility [1/kg].
+  [[nodiscard]] double step_softness() const noexcept {
+    return predict_ && softness_ > 0.0 ? softness_ / (theta_ * theta_ * step_length_ * step_length_)
+                                       : 0.0;
+  }
+  /// Returns true if the tip moves with the tissue, without compliance between them.
+  [[nodiscard]] bool tip_is_rigid() const noexcept { return contact_.tip_held && softness_ == 0.0; }
   /// Computes shares and Gram entries at the current depth.
   void weigh() noexcept {
     at_ = path_.place(depth_);
+    softness_ = compliance_.at(depth_);
     limit_ = needle_ && in_tissue() ? path_.friction(depth_, shaft_share_) : 0.0;
     if (limit_ > 0.0) {
       for (double& share : shaft_share_) { share /= limit_; }
@@ -427,6 +478,7 @@ template <class Real> class ToolContact : public ToolState {
       contact_.tip_shaft += tip * shaft * knots_[k].mobility;
       contact_.shaft_shaft += shaft * shaft * knots_[k].mobility;
     }
+    if (tip_ == TipMode::stuck && contact_.tip_tip > 0.0) { contact_.tip_tip += step_softness(); }
   }
   /// Computes T and F_f within their laws. `tool_acceleration` is that of the tool without them.
   void solve(double tool_acceleration) noexcept {
@@ -444,18 +496,20 @@ template <class Real> class ToolContact : public ToolState {
       tip_force_ = 0.0;
     }
     contact_.tip_held = contact_.shaft_held = false;
+    const bool pressed = stuck && softness_ > 0.0 && !predict_;  // the position gives the force
+    if (pressed) { take_tip(gap() / softness_); }
     shaft_force_ = shaft_ == ShaftMode::stick && !sticks ? std::clamp(shaft_force_, -limit_, limit_)
                                                          : slipping;
-    if (stuck && sticks) {
+    if (stuck && sticks && !pressed) {
       const Eigen::Vector2d both = solve_contact_forces(tip, shaft, true, true);
       take_tip(both.x());
       take_shaft(both.y());
       if (contact_.tip_held && contact_.shaft_held) { return; }
     }
-    if (sticks && !contact_.tip_held) {  // the tip's force is known
+    if (sticks && (pressed || !contact_.tip_held)) {  // the tip's force is known
       take_shaft((shaft - contact_.tip_shaft * tip_force_) / contact_.shaft_shaft);
     }
-    if (stuck && !contact_.shaft_held) {  // the shaft's force is known
+    if (stuck && !contact_.shaft_held && !pressed) {  // the shaft's force is known
       take_tip((tip - contact_.tip_shaft * shaft_force_) / contact_.tip_tip);
     }
   }
@@ -531,7 +585,7 @@ template <class Real> class ToolContact : public ToolState {
   void match_velocities(State<Real>& state) noexcept {
     const auto [tip, shaft] = relative_to_tissue(velocity_, velocity_, &Knot::velocity);
     const Eigen::Vector2d impulse =
-        solve_contact_forces(tip, shaft, contact_.tip_held, contact_.shaft_held);
+        solve_contact_forces(tip, shaft, tip_is_rigid(), contact_.shaft_held);
     losses_.impact += 0.5 * (impulse.x() * tip + impulse.y() * shaft);
     losses_.impulse += impulse.sum();
     if (!is_coordinate()) { losses_.jerk += impulse.sum() * velocity_; }
@@ -563,9 +617,8 @@ template <class Real> class ToolContact : public ToolState {
     }
   }
   void match_positions(State<Real>& state) noexcept {
-    if (!contact_.tip_held) { return; }
-    const double gap = place_ - depth_ - between_knots(at_, &Knot::displacement);
-    const double push_by = gap / contact_.tip_tip;
+    if (!tip_is_rigid()) { return; }
+    const double push_by = gap() / contact_.tip_tip;
     for (const std::size_t k : {at_.knot, at_.knot + 1}) {
       if (k >= knots_.size()) { break; }
       const double share = tip_share(k) * push_by;
@@ -631,7 +684,7 @@ template <class Real> class ToolContact : public ToolState {
     return stretch > 0.0 ? (velocity_ - velocity_at(at_)) / stretch : 0.0;
   }
   void change_tip(double t) noexcept {
-    const double here = depth_at(place_);
+    const double here = depth_of_tip();
     switch (tip_) {
       case TipMode::outside: change_outside(here, t); break;
       case TipMode::in_track: change_in_track(here, t); break;
@@ -680,6 +733,11 @@ template <class Real> class ToolContact : public ToolState {
   }
   void change_cutting(double here, double t) noexcept {
     const std::size_t before = path_.interval_at(cut_);
+    if (softness_ > 0.0 && here < cut_) {  // softer tissue, into which the tip has not sunk yet
+      tip_ = TipMode::stuck;
+      depth_ = cut_;
+      return;
+    }
     cut_ = depth_ =
         std::max(here, knots_.front().depth);  // a step can end slightly behind the deepest point
     const std::size_t after = path_.interval_at(cut_);
@@ -730,7 +788,8 @@ template <class Real> class ToolContact : public ToolState {
   /// tip, which avoids a second solve; update_active_set() corrects a wrong prediction.
   void predict_cutting() noexcept {
     if (tip_ != TipMode::stuck || !held_.learned() || !(contact_.tip_tip > 0.0)) { return; }
-    const double response = held_.response_at(at_.knot, at_.share, n_) + tool_mobility();
+    const double response =
+        held_.response_at(at_.knot, at_.share, n_) + tool_mobility() + step_softness();
     const double more = stuck_before_ ? step_tip_change_ : stopped_ / (step_length_ * response);
     if (step_tip_force_ + more > cutting_force()) { tip_ = TipMode::cutting; }
   }
@@ -835,6 +894,7 @@ template <class Real> class ToolContact : public ToolState {
            coupling_.viscosity * (handle_velocity_ - velocity_);
   }
 
+  TipCompliance compliance_;
   Drive drive_;
   Trajectory trajectory_;
   bool needle_ = true;
@@ -851,6 +911,9 @@ template <class Real> class ToolContact : public ToolState {
   double limit_ = 0.0;                 ///< L [N]
   NeedlePath::Place at_{};             ///< position of the tip between the contact points
   Contact contact_{};
+  double softness_ = 0.0;  ///< compliance at the tip's depth [m/N]
+  double pressed_ = 0.0;   ///< energy of that tissue [J]
+  double theta_ = 0.0;     ///< of an implicit scheme; 0 for an explicit one
 
   ShaftMode shaft_ = ShaftMode::stick;
   bool at_bone_ = false;

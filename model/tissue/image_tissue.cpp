@@ -422,12 +422,13 @@ class ImageNodes {
   const CellMaterial* between(int a, int b) {
     const std::size_t first = place_of_[static_cast<std::size_t>(a)];
     const std::size_t second = place_of_[static_cast<std::size_t>(b)];
-    const CellMaterial& m = materials_.cell(tissue_.material[first]);
-    const CellMaterial& n = materials_.cell(tissue_.material[second]);
-    bond_ = {.youngs_modulus = 0.5 * (modulus_[first] + modulus_[second]),
-             .density = 0.5 * (m.density + n.density),
-             .damping_ratio = 0.5 * (m.damping_ratio + n.damping_ratio)};
-    if (m.viscosity && n.viscosity) { bond_.viscosity = 0.5 * (*m.viscosity + *n.viscosity); }
+    MaterialMean mean;
+    for (const std::size_t place : {first, second}) {
+      CellMaterial material = materials_.cell(tissue_.material[place]);
+      material.youngs_modulus = modulus_[place];
+      mean.add(0.5, material);
+    }
+    bond_ = mean.mean();
     return &bond_;
   }
 

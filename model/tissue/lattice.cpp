@@ -79,6 +79,18 @@ void add_spring(int node, int neighbour, const BondSum& bond, double rest, Sprin
                              bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
 }
 
+/// Appends a cell if its material resists changes of volume.
+void add_cell(const std::array<int, 8>& nodes, const CellMaterial& material, double volume,
+              SpringNetwork& network) {
+  const double modulus = material.volume_modulus();
+  if (!(modulus > 0.0)) { return; }
+  network.cells.push_back({.nodes = nodes,
+                           .stiffness = modulus,
+                           .viscosity = modulus * material.retardation_time.value_or(0.0),
+                           .collapse = 1.2 * material.spring_modulus(),
+                           .volume = volume});
+}
+
 /// Materials of the cells of three layers: those around a layer of nodes, and those below, which
 /// are needed for the mass of the next layer's nodes.
 class CellLayers {
@@ -96,7 +108,7 @@ class CellLayers {
     for_each_column(cells_of(shape_.nodes), [&](int i, int j) {
       const CellMaterial material = cell_(i, j, l);
       const BondStiffness k =
-          bond_stiffness(material.youngs_modulus, shape_.spacing, shape_.connectivity);
+          bond_stiffness(material.spring_modulus(), shape_.spacing, shape_.connectivity);
       at(i, j, l) = {material, {k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal}};
     });
   }
@@ -159,6 +171,36 @@ std::optional<LatticeShape> lattice_at(const NodeVectors& places) {
 
 }  // namespace
 
+void CellMaterial::set_moduli(double spring, double volume) {
+  const double shear = 0.4 * spring;
+  poissons_ratio = volume == 0.0 ? 0.25 : (volume + shear) / (2.0 * (volume + 2.0 * shear));
+  youngs_modulus = volume == 0.0 ? spring : 2.0 * shear * (1.0 + poissons_ratio);
+}
+
+void MaterialMean::add(double part, const CellMaterial& material) {
+  parts_ += part;
+  spring_ += part * material.spring_modulus();
+  volume_ += part * material.volume_modulus();
+  sum_.density += part * material.density;
+  sum_.damping_ratio += part * material.damping_ratio;
+  viscosity_ += part * material.viscosity.value_or(0.0);
+  viscous_ += material.viscosity ? part : 0.0;
+  has_time_ = has_time_ || material.retardation_time;
+  retarded_ += part * material.spring_modulus() * material.retardation_time.value_or(0.0);
+}
+
+CellMaterial MaterialMean::mean() const {
+  CellMaterial mean = sum_;
+  if (parts_ != 1.0) {
+    mean.density /= parts_;
+    mean.damping_ratio /= parts_;
+  }
+  mean.set_moduli(spring_ / parts_, volume_ / parts_);
+  if (viscous_ > 0.5 * parts_) { mean.viscosity = viscosity_ / viscous_; }
+  if (has_time_) { mean.retardation_time = spring_ > 0.0 ? retarded_ / spring_ : 0.0; }
+  return mean;
+}
+
 /// Returns the springs of a lattice. The spacing is the distance of the first two nodes, which
 /// differs from that of `shape` by rounding, because rest lengths are those of the positions.
 SpringList springs_of_lattice(const LatticeShape& shape, const NodeVectors& position) {
@@ -190,6 +232,14 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
   const auto directions = bond_directions(shape.connectivity);
   const auto node_at = [&](int i, int j, int l) { return shape.index(i, j, l); };
   CellLayers cells(shape, cell);
+  const auto add_cells = [&](int l) {
+    for_each_column(cells_of(shape.nodes), [&](int i, int j) {
+      std::array<int, 8> corners{};
+      auto next = corners.begin();
+      for_each_corner(i, j, l, [&](int b, int c, int d) { *next++ = node_at(b, c, d); });
+      add_cell(corners, cells.at(i, j, l).material, volume, network);
+    });
+  };
   const auto add_masses = [&](int l) {
     for_each_node(shape.nodes, l, node_at, [&](const std::array<int, 3>& at, int node) {
       for_each_cell_around(shape.nodes, at, {0, 0, 0}, [&](int i, int j, int k) {
@@ -198,9 +248,13 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
     });
   };
   cells.ask(0);
+  add_cells(0);
   add_masses(0);
   for (int l = 0; l < shape.nodes[2]; ++l) {
-    if (l + 2 < shape.nodes[2]) { cells.ask(l + 1); }
+    if (l + 2 < shape.nodes[2]) {
+      cells.ask(l + 1);
+      add_cells(l + 1);
+    }
     if (l + 1 < shape.nodes[2]) { add_masses(l + 1); }
     for_each_bond(shape.nodes, l, shape.connectivity, node_at,
                   [&](const std::array<int, 3>& at, int node, std::size_t d, int neighbour) {
@@ -255,6 +309,18 @@ SpringNetwork grid_network(
     network.springs =
         springs_of_lattice({nodes.count, nodes.spacing.x(), connectivity}, network.rest_position);
   }
+  for_each_place(cells_of(nodes.count), [&](int i, int j, int l) {
+    std::array<int, 8> corners{};
+    auto next = corners.begin();
+    for_each_corner(i, j, l, [&](int b, int c, int d) { *next++ = nodes.at(b, c, d); });
+    if (std::ranges::min(corners) < 0) { return; }
+    MaterialMean mean;
+    for (const int corner : corners) {
+      const CellMaterial* material = cell(i, j, l, corner, corner);
+      if (material != nullptr) { mean.add(1.0, *material); }
+    }
+    if (mean.parts() > 0.0) { add_cell(corners, mean.mean(), volume, network); }
+  });
   const BoxBonds bonds = box_bonds(nodes.spacing, connectivity);
   const auto directions = bond_directions(connectivity);
   for (int layer = 0; layer < nodes.count[2]; ++layer) {
@@ -267,7 +333,7 @@ SpringNetwork grid_network(
           BondSum bond;
           for_each_cell_around(nodes.count, at, step, [&](int i, int j, int l) {
             const CellMaterial* material = cell(i, j, l, node, neighbour);
-            if (material != nullptr) { bond.add(share * material->youngs_modulus, *material); }
+            if (material != nullptr) { bond.add(share * material->spring_modulus(), *material); }
           });
           const Eigen::Vector3d offset(step[0], step[1], step[2]);
           add_spring(node, neighbour, bond, nodes.spacing.cwiseProduct(offset).norm(), network);

@@ -18,10 +18,42 @@ namespace palpate {
 
 /// Material of one cell.
 struct CellMaterial {
-  double youngs_modulus = 0.0;        ///< [Pa]
+  double youngs_modulus = 0.0;        ///< E [Pa]
   double density = 0.0;               ///< [kg/m^3]
   double damping_ratio = 0.0;         ///< [1]
   std::optional<double> viscosity{};  ///< per spring, overrides damping_ratio [N s/m]
+  double poissons_ratio = 0.25;       ///< nu [1]
+  /// tau [s], overrides damping_ratio.
+  std::optional<double> retardation_time{};
+
+  /// Returns the Young's modulus of the springs, 5/2 mu [Pa]: their nu is 1/4.
+  [[nodiscard]] double spring_modulus() const {
+    return poissons_ratio == 0.25 ? youngs_modulus : 1.25 * youngs_modulus / (1.0 + poissons_ratio);
+  }
+  /// Returns kappa = lambda - mu, the modulus of the cell's volume [Pa].
+  [[nodiscard]] double volume_modulus() const {
+    return 0.4 * spring_modulus() * (4.0 * poissons_ratio - 1.0) / (1.0 - 2.0 * poissons_ratio);
+  }
+  /// Sets E and nu from the moduli of springs and volume.
+  void set_moduli(double spring, double volume);
+};
+
+/// Sum of materials that share a cell, weighted by their part of it.
+class MaterialMean {
+ public:
+  void add(double part, const CellMaterial& material);
+  [[nodiscard]] double parts() const { return parts_; }
+  [[nodiscard]] CellMaterial mean() const;
+
+ private:
+  double parts_ = 0.0;
+  CellMaterial sum_{};  ///< density and damping ratio only
+  double spring_ = 0.0;
+  double volume_ = 0.0;
+  double viscosity_ = 0.0;
+  double viscous_ = 0.0;   ///< part with a viscosity per spring
+  double retarded_ = 0.0;  ///< sum of modulus times tau
+  bool has_time_ = false;
 };
 
 /// Sum over the cells of a bond; damping is their mean weighted by stiffness.
@@ -29,10 +61,13 @@ struct BondSum {
   double stiffness = 0.0;
   double damping_ratio_sum = 0.0;  ///< weighted by stiffness
   double viscosity_sum = 0.0;      ///< weighted by stiffness
+  double retarded = 0.0;           ///< stiffness times retardation time [N s/m]
 
   void add(double share, const CellMaterial& material) {
     stiffness += share;
-    if (material.viscosity) {
+    if (material.retardation_time) {
+      retarded += share * *material.retardation_time;
+    } else if (material.viscosity) {
       viscosity_sum += share * *material.viscosity;
     } else {
       damping_ratio_sum += share * material.damping_ratio;
@@ -42,7 +77,7 @@ struct BondSum {
   [[nodiscard]] double viscosity(double mass_a, double mass_b) const {
     const double reduced_mass = mass_a * mass_b / (mass_a + mass_b);
     const double critical = 2.0 * std::sqrt(stiffness * reduced_mass);
-    return (damping_ratio_sum * critical + viscosity_sum) / stiffness;
+    return (damping_ratio_sum * critical + viscosity_sum) / stiffness + retarded;
   }
 };
 

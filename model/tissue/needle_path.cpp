@@ -161,7 +161,9 @@ PathInterval interval_in(const Material& material, std::string label, double beg
           .cutting_force = role == TissueRole::bone ? infinity : material.cutting_force,
           .friction = material.friction,
           .role = role,
-          .label = std::move(label)};
+          .label = std::move(label),
+          .youngs_modulus = material.youngs_modulus,
+          .poissons_ratio = material.poissons_ratio};
 }
 
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
@@ -215,17 +217,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Two neighbours of x in a row of n nodes with spacing a, centred on 0, with linear weights.
-struct Neighbours {
-  int low = 0;
-  double share = 0.0;  ///< weight of node low + 1
-};
-Neighbours neighbours(double x, int n, double a) {
-  const double at = std::clamp(x / a + 0.5 * (n - 1), 0.0, static_cast<double>(n - 1));
-  const int low = std::min(static_cast<int>(at), n - 2);
-  return {low, at - low};
-}
-
 /// Returns the distance of neighbouring nodes [m]: the median over the nodes of the length of the
 /// shortest spring.
 double node_spacing(const SpringNetwork& network) {
@@ -248,34 +239,6 @@ double node_spacing(const SpringNetwork& network) {
 void NeedlePath::add_knot(double depth, const std::vector<Support>& supports) {
   knots_.push_back({depth, supports_.size(), supports.size()});
   supports_.insert(supports_.end(), supports.begin(), supports.end());
-}
-
-void NeedlePath::lattice_knots(const Scene& scene, const SpringNetwork& network) {
-  const bool layered = scene.tissue.source == Source::layers;
-  const double a = layered ? scene.tissue.block.spacing : scene.tissue.lattice.spacing;
-  const int nx = layered ? scene.tissue.block.nodes[0] : scene.tissue.lattice.nodes[0];
-  const int ny = layered ? scene.tissue.block.nodes[1] : scene.tissue.lattice.nodes[1];
-  const int planes = static_cast<int>(network.node_count()) / (nx * ny);
-  for (int l = 0; l < planes; ++l) {
-    const double depth = l * a / direction_.z();
-    const Vector3d at = origin_ + depth * direction_;
-    const double slack = 1e-9 * a;
-    if (std::abs(at.x()) > 0.5 * a * (nx - 1) + slack ||
-        std::abs(at.y()) > 0.5 * a * (ny - 1) + slack) {
-      break;  // the line leaves the block
-    }
-    const Neighbours x = neighbours(at.x(), nx, a);
-    const Neighbours y = neighbours(at.y(), ny, a);
-    std::vector<Support> supports;
-    for (int j = 0; j < 2; ++j) {
-      for (int i = 0; i < 2; ++i) {
-        const double weight =
-            (i == 0 ? 1.0 - x.share : x.share) * (j == 0 ? 1.0 - y.share : y.share);
-        if (weight > 1e-12) { supports.push_back({(l * ny + y.low + j) * nx + x.low + i, weight}); }
-      }
-    }
-    add_knot(depth, supports);
-  }
 }
 
 void NeedlePath::network_knots(const SpringNetwork& network) {
@@ -323,14 +286,13 @@ void NeedlePath::cut_into_pieces() {
 void NeedlePath::of_needle(const Scene& scene, const SpringNetwork& network) {
   origin_.head<2>() = scene.needle->entry;
   direction_ = scene.needle->direction.normalized();
-  if (const std::optional<NodeGrid> grid = uneven_grid(scene)) {
-    for (const PlaneCrossing& crossing : plane_crossings(*grid, origin_, direction_)) {
+  if (const std::optional<NodeGrid> grid = tissue_grid(scene)) {
+    const double radius = 0.5 * scene.needle->diameter;
+    for (const PlaneCrossing& crossing : plane_crossings(*grid, origin_, direction_, radius)) {
       add_knot(crossing.depth, crossing.supports);
     }
-  } else if (scene.tissue.source == Source::network) {
-    network_knots(network);
   } else {
-    lattice_knots(scene, network);
+    network_knots(network);
   }
   if (knots_.empty()) { throw std::invalid_argument("no node lies near the needle's line"); }
   intervals_ = intervals_along(scene, origin_, direction_, knots_.front().depth);

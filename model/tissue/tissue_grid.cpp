@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <ranges>
@@ -61,26 +63,53 @@ std::vector<int> skin_nodes(const NodeGrid& grid) {
   return skin;
 }
 
+namespace {
+
+/// Returns points of equal force under a rigid flat punch, relative to its axis [m].
+std::vector<Eigen::Vector2d> punch_points(double radius) {
+  if (!(radius > 0.0)) { return {Eigen::Vector2d::Zero()}; }
+  constexpr int rings = 8;
+  constexpr int spokes = 16;
+  std::vector<Eigen::Vector2d> points;
+  for (int ring = 0; ring < rings; ++ring) {
+    const double within = (ring + 0.5) / rings;  // part of the force within the ring
+    const double r = radius * std::sqrt(within * (2.0 - within));
+    for (int spoke = 0; spoke < spokes; ++spoke) {
+      const double angle = 2.0 * std::numbers::pi * (spoke + 0.5) / spokes;
+      points.emplace_back(r * std::cos(angle), r * std::sin(angle));
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
 std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d& origin,
-                                           const Vector3d& direction) {
+                                           const Vector3d& direction, double radius) {
+  const std::vector<Eigen::Vector2d> points = punch_points(radius);
   std::vector<PlaneCrossing> crossings;
   for (int l = 0; l < grid.count[2]; ++l) {
     PlaneCrossing crossing{.depth = (grid.first.z() + l * grid.spacing.z() - origin.z()) /
                                     direction.z()};
-    const Vector3d at = origin + crossing.depth * direction;
-    const Between x = between(at.x(), grid.first.x(), grid.spacing.x(), grid.count[0]);
-    const Between y = between(at.y(), grid.first.y(), grid.spacing.y(), grid.count[1]);
+    const Vector3d axis = origin + crossing.depth * direction;
     double total = 0.0;
-    for (int n = 0; n < x.count * y.count; ++n) {
-      const auto i = static_cast<std::size_t>(n % 2);
-      const auto j = static_cast<std::size_t>(n / 2);
-      const double weight = x.weight[i] * y.weight[j];
-      const int node = grid.at(x.at[i], y.at[j], l);
-      if (node < 0 || weight <= 1e-12) { continue; }
-      crossing.supports.push_back({node, weight});
-      total += weight;
+    std::map<int, double> weights;
+    for (const Eigen::Vector2d& point : points) {
+      const Eigen::Vector2d at = axis.head<2>() + point;
+      const Between x = between(at.x(), grid.first.x(), grid.spacing.x(), grid.count[0]);
+      const Between y = between(at.y(), grid.first.y(), grid.spacing.y(), grid.count[1]);
+      for (int n = 0; n < x.count * y.count; ++n) {
+        const auto i = static_cast<std::size_t>(n % 2);
+        const auto j = static_cast<std::size_t>(n / 2);
+        const double weight = x.weight[i] * y.weight[j];
+        const int node = grid.at(x.at[i], y.at[j], l);
+        if (node < 0 || weight <= 1e-12) { continue; }
+        weights[node] += weight;
+        total += weight;
+      }
     }
-    if (crossing.supports.empty()) { continue; }
+    if (weights.empty()) { continue; }
+    for (const auto& [node, weight] : weights) { crossing.supports.push_back({node, weight}); }
     for (NeedlePath::Support& support : crossing.supports) { support.weight /= total; }
     crossings.push_back(std::move(crossing));
   }
@@ -216,7 +245,8 @@ const Material& material_named(const Scene& scene, std::string_view name) {
 bool is_bone(const Material& material) { return role_of(material) == TissueRole::bone; }
 
 CellMaterial cell_of(const Material& m) {
-  return {m.youngs_modulus, m.density, m.damping_ratio, m.viscosity};
+  return {m.youngs_modulus, m.density,        m.damping_ratio,
+          m.viscosity,      m.poissons_ratio, m.retardation_time};
 }
 
 /// Calls visit(material, upper end, lower end); the last layer is unbounded.
@@ -240,34 +270,19 @@ struct Mixture {
 /// Returns the mean over the layers between top and bottom, weighted by thickness, without bone.
 Mixture layered_mixture(const Scene& scene, double top, double bottom) {
   Mixture mixture;
-  double bone_share = 0.0;
-  CellMaterial mean;
-  double viscosity = 0.0;
-  double viscosity_share = 0.0;
+  MaterialMean mean;
   for_each_layer(scene, [&](const Material& m, double begin, double end) {
     const double share = (std::min(bottom, end) - std::max(top, begin)) / (bottom - top);
     if (share <= 0.0) { return; }
     if (is_bone(m)) {
-      bone_share += share;
       mixture.bone = &m;
       return;
     }
-    mean.youngs_modulus += share * m.youngs_modulus;
-    mean.density += share * m.density;
-    mean.damping_ratio += share * m.damping_ratio;
-    viscosity += share * m.viscosity.value_or(0.0);
-    viscosity_share += m.viscosity ? share : 0.0;
+    mean.add(share, cell_of(m));
   });
-  const double rest = 1.0 - bone_share;
-  if (rest * (bottom - top) <= on_surface) { return mixture; }
+  if (mean.parts() * (bottom - top) <= on_surface) { return mixture; }
   mixture.bone = nullptr;
-  if (viscosity_share > 0.5 * rest) { mean.viscosity = viscosity / viscosity_share; }
-  if (bone_share > 0.0) {
-    mean.youngs_modulus /= rest;
-    mean.density /= rest;
-    mean.damping_ratio /= rest;
-  }
-  mixture.soft = mean;
+  mixture.soft = mean.mean();
   return mixture;
 }
 

@@ -35,13 +35,14 @@ std::optional<double> skin_depth(const NodeGrid& grid, const Eigen::Vector2d& at
 /// Returns the nodes without a node above them in their column, in order of their index.
 std::vector<int> skin_nodes(const NodeGrid& grid);
 
-/// Intersection of the line origin + xi n with a plane of nodes, which have bilinear weights.
+/// Intersection of the line origin + xi n with a plane of nodes. Its nodes have bilinear weights,
+/// averaged over a disc of `radius` [m] with the pressure of a rigid flat punch.
 struct PlaneCrossing {
   double depth = 0.0;  ///< [m]
   std::vector<NeedlePath::Support> supports{};
 };
 std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Eigen::Vector3d& origin,
-                                           const Eigen::Vector3d& direction);
+                                           const Eigen::Vector3d& direction, double radius = 0.0);
 
 /// Returns the block of layers below a flat skin, as close to the total thickness as possible.
 LatticeShape block_shape(const Scene& scene);

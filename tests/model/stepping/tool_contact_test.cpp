@@ -328,7 +328,7 @@ class Stage {
   }
   void step() {
     if (t_ == 0.0) { integrator_->start(system_, state_, 0.0, h); }
-    if (contact_.begin_step(t_, h, state_, scheme_.implicit)) {
+    if (contact_.begin_step(t_, h, state_, scheme_.theta)) {
       system_.forget();
       ++jumps_;
     }

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Energy of a cell that resists changes of its volume (model/EQUATIONS.md, "Cell volume"). Every
+/// kernel instantiates it, for scalars or SIMD vectors, so it defines templates only.
+
+#include <Eigen/Core>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace palpate {
+
+/// Vector with coordinates of type Number, which may be a SIMD vector.
+template <class Number> struct Vector3Of {
+  Number x, y, z;
+  Vector3Of operator+(const Vector3Of& o) const { return {x + o.x, y + o.y, z + o.z}; }
+  Vector3Of operator-(const Vector3Of& o) const { return {x - o.x, y - o.y, z - o.z}; }
+  [[nodiscard]] Number dot(const Vector3Of& o) const { return x * o.x + y * o.y + z * o.z; }
+  [[nodiscard]] Vector3Of cross(const Vector3Of& o) const {
+    return {y * o.z - z * o.y, z * o.x - x * o.z, x * o.y - y * o.x};
+  }
+  [[nodiscard]] Vector3Of scaled(const Number& by) const { return {x * by, y * by, z * by}; }
+};
+/// Vectors at the corners of a cell; corner n is at (n & 1, n >> 1 & 1, n >> 2).
+template <class Number> using Corners = std::array<Vector3Of<Number>, 8>;
+
+/// Relative volume of a corner below which the cell resists collapse.
+inline constexpr double collapse_begin = 0.3;
+/// Below this fraction of collapse_begin the resistance grows linearly, so that it stays finite in
+/// a cell that is flat or inside out.
+inline constexpr double collapse_linear = 0.1;
+
+/// First and second derivative by J of the collapse energy b(J) = -J_b (1 - s)^2 ln s, s = J / J_b,
+/// per unit of modulus. Zero for J >= J_b = collapse_begin.
+struct CollapseSlopes {
+  double first = 0.0;
+  double second = 0.0;
+  double energy = 0.0;
+  static CollapseSlopes at(double j) noexcept {
+    if (!(j < collapse_begin)) { return {}; }
+    const double s = std::fmax(j / collapse_begin, collapse_linear);
+    const double rest = 1.0 - s;
+    const double log = std::log(s);
+    CollapseSlopes slopes{
+        .first = 2.0 * rest * log - rest * rest / s,
+        .second = (-2.0 * log + 4.0 * rest / s + rest * rest / (s * s)) / collapse_begin,
+        .energy = -collapse_begin * rest * rest * log};
+    const double below = std::fmin(j - collapse_linear * collapse_begin, 0.0);
+    slopes.energy += below * (slopes.first + 0.5 * below * slopes.second);
+    slopes.first += below * slopes.second;
+    return slopes;
+  }
+};
+
+/// The three edges at a corner, oriented so that a . (b x c) > 0 at rest, and their cross products:
+/// the derivatives of that volume by the far ends of the edges.
+template <class Number> struct CornerEdges {
+  Vector3Of<Number> a, b, c;
+  Vector3Of<Number> by_a, by_b, by_c;
+  Number volume;  ///< a . (b x c), the cell's volume at rest [m^3]
+};
+/// Ends of the edges a, b, c of a corner. An odd corner lists two of them in reverse order, which
+/// keeps the volume positive.
+constexpr std::array<std::size_t, 3> ends_at(std::size_t corner) {
+  const bool odd = ((corner ^ (corner >> 1U) ^ (corner >> 2U)) & 1U) != 0;
+  return odd ? std::array{corner ^ 2U, corner ^ 1U, corner ^ 4U}
+             : std::array{corner ^ 1U, corner ^ 2U, corner ^ 4U};
+}
+template <class Number>
+CornerEdges<Number> edges_at(const Corners<Number>& x, std::size_t corner) noexcept {
+  const auto ends = ends_at(corner);
+  CornerEdges<Number> edges{
+      x[ends[0]] - x[corner], x[ends[1]] - x[corner], x[ends[2]] - x[corner], {}, {}, {}, {}};
+  edges.by_a = edges.b.cross(edges.c);
+  edges.by_b = edges.c.cross(edges.a);
+  edges.by_c = edges.a.cross(edges.b);
+  edges.volume = edges.a.dot(edges.by_a);
+  return edges;
+}
+
+/// Adds the derivative of a corner's volume by the eight corners, times `by`.
+template <class Number>
+void add_gradient(const CornerEdges<Number>& edges, std::size_t corner, const Number& by,
+                  Corners<Number>& sum) noexcept {
+  const auto ends = ends_at(corner);
+  const Vector3Of<Number> a = edges.by_a.scaled(by);
+  const Vector3Of<Number> b = edges.by_b.scaled(by);
+  const Vector3Of<Number> c = edges.by_c.scaled(by);
+  sum[ends[0]] = sum[ends[0]] + a;
+  sum[ends[1]] = sum[ends[1]] + b;
+  sum[ends[2]] = sum[ends[2]] + c;
+  sum[corner] = sum[corner] - (a + b + c);
+}
+
+/// Constants of a cell, or of several in one vector.
+template <class Number> struct CellNumbers {
+  Number stiffness;  ///< kappa [Pa]
+  Number viscosity;  ///< kappa tau [Pa s]
+  Number collapse;   ///< beta [Pa]
+  Number volume;     ///< V0 [m^3]
+};
+
+/// First derivative of b by J; SIMD vectors overload it.
+inline double collapse_slope(double j) noexcept { return CollapseSlopes::at(j).first; }
+inline float collapse_slope(float j) noexcept {
+  return static_cast<float>(CollapseSlopes::at(static_cast<double>(j)).first);
+}
+
+/// Volumes of the corners of a deformed cell, and their mean in units of V0.
+template <class Number> struct CellVolumes {
+  std::array<CornerEdges<Number>, 8> corner;
+  Number mean;  ///< J
+};
+template <class Number>
+CellVolumes<Number> volumes_of(const Corners<Number>& x, const Number& rest_volume) noexcept {
+  CellVolumes<Number> all;
+  Number sum(0);
+  for (std::size_t n = 0; n < 8; ++n) {
+    all.corner[n] = edges_at(x, n);
+    sum = sum + all.corner[n].volume;
+  }
+  all.mean = sum / (Number(8) * rest_volume);
+  return all;
+}
+
+/// Returns the rate of J for velocities v of the corners [1/s].
+template <class Number>
+Number mean_rate(const CellVolumes<Number>& volumes, const Corners<Number>& v,
+                 const Number& rest_volume) noexcept {
+  Number sum(0);
+  for (std::size_t n = 0; n < 8; ++n) {
+    const auto ends = ends_at(n);
+    const CornerEdges<Number>& edges = volumes.corner[n];
+    sum = sum + edges.by_a.dot(v[ends[0]] - v[n]) + edges.by_b.dot(v[ends[1]] - v[n]) +
+          edges.by_c.dot(v[ends[2]] - v[n]);
+  }
+  return sum / (Number(8) * rest_volume);
+}
+
+/// Adds the forces of a cell on its corners [N]; x [m], v [m/s]. v is unused unless `damped`.
+template <bool damped, class Number>
+void add_cell_forces(const CellNumbers<Number>& cell, const Corners<Number>& x,
+                     const Corners<Number>& v, Corners<Number>& f) noexcept {
+  const CellVolumes<Number> volumes = volumes_of(x, cell.volume);
+  Number pull = cell.stiffness * (volumes.mean - Number(1));
+  if constexpr (damped) { pull = pull + cell.viscosity * mean_rate(volumes, v, cell.volume); }
+  const Number eighth(0.125);
+  for (std::size_t n = 0; n < 8; ++n) {
+    const Number slope = collapse_slope(Number(volumes.corner[n].volume / cell.volume));
+    add_gradient(volumes.corner[n], n, Number(eighth * (Number(0) - pull - cell.collapse * slope)),
+                 f);
+  }
+}
+
+/// Adds -C(x) w of a cell to the forces of its corners.
+template <class Number>
+void add_cell_damping(const CellNumbers<Number>& cell, const Corners<Number>& x,
+                      const Corners<Number>& w, Corners<Number>& f) noexcept {
+  const CellVolumes<Number> volumes = volumes_of(x, cell.volume);
+  const Number pull = cell.viscosity * mean_rate(volumes, w, cell.volume) * Number(-0.125);
+  for (std::size_t n = 0; n < 8; ++n) { add_gradient(volumes.corner[n], n, pull, f); }
+}
+
+/// Derivatives of the force of a cell by the positions and velocities of its corners, with the
+/// opposite sign; rows and columns 3 n to 3 n + 2 belong to corner n.
+template <class Real> struct CellGradient {
+  using Matrix = Eigen::Matrix<Real, 24, 24>;
+  Matrix position = Matrix::Zero();  ///< [N/m]
+  Matrix velocity = Matrix::Zero();  ///< [N s/m]
+};
+
+template <class Real>
+CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Real>& x,
+                                 const Corners<Real>& v) noexcept {
+  using Column = Eigen::Matrix<Real, 24, 1>;
+  using Columns = Eigen::Map<const Column>;
+  using Block = Eigen::Matrix<Real, 3, 3>;
+  static_assert(sizeof(Corners<Real>) == 24 * sizeof(Real));
+  const CellVolumes<Real> volumes = volumes_of(x, cell.volume);
+  const Real pull = cell.stiffness * (volumes.mean - Real(1)) +
+                    cell.viscosity * mean_rate(volumes, v, cell.volume);
+  const Real share = Real(0.125) / cell.volume;
+  CellGradient<Real> gradient;
+  Column mean = Column::Zero();        // gradient of J
+  Column mean_moved = Column::Zero();  // its rate for the velocities v
+  for (std::size_t n = 0; n < 8; ++n) {
+    const CornerEdges<Real>& edges = volumes.corner[n];
+    const CollapseSlopes slopes =
+        CollapseSlopes::at(static_cast<double>(edges.volume / cell.volume));
+    Corners<Real> sum{};
+    add_gradient(edges, n, Real(1), sum);
+    const Columns own(&sum[0].x);
+    mean += share * own;
+    if (slopes.second != 0.0) {
+      gradient.position +=
+          (share * cell.collapse * static_cast<Real>(slopes.second)) * own * own.transpose();
+    }
+    const auto cross = [](const Vector3Of<Real>& w) {
+      Block block;
+      block << Real(0), -w.z, w.y, w.z, Real(0), -w.x, -w.y, w.x, Real(0);
+      return block;
+    };
+    // Derivative of a x b by its factors, for the three pairs of edges in turn.
+    const auto ends = ends_at(n);
+    const std::array<Block, 3> third{cross(edges.c), cross(edges.a), cross(edges.b)};
+    const Real pressure = Real(0.125) * (pull + cell.collapse * static_cast<Real>(slopes.first));
+    const auto add = [&](std::size_t row, std::size_t column, const Block& block) {
+      const auto put = [&](std::size_t r, std::size_t c, Real sign) {
+        const auto at_r = static_cast<Eigen::Index>(3 * r);
+        const auto at_c = static_cast<Eigen::Index>(3 * c);
+        gradient.position.template block<3, 3>(at_r, at_c) += (sign * pressure) * block;
+        mean_moved.template segment<3>(at_r) +=
+            (sign * share) * block * Columns(&v[0].x).template segment<3>(at_c);
+      };
+      put(row, column, Real(1));
+      put(n, column, Real(-1));
+      put(row, n, Real(-1));
+      put(n, n, Real(1));
+    };
+    for (std::size_t pair = 0; pair < 3; ++pair) {
+      const std::size_t one = ends[pair];
+      const std::size_t other = ends[(pair + 1) % 3];
+      add(one, other, -third[pair]);
+      add(other, one, third[pair]);
+    }
+  }
+  gradient.velocity = (cell.viscosity * cell.volume) * mean * mean.transpose();
+  gradient.position += (cell.stiffness * cell.volume) * mean * mean.transpose() +
+                       (cell.viscosity * cell.volume) * mean * mean_moved.transpose();
+  return gradient;
+}
+
+/// Returns the elastic energy of a cell [J].
+inline double cell_energy(const CellNumbers<double>& cell, const Corners<double>& x) noexcept {
+  const CellVolumes<double> volumes = volumes_of(x, cell.volume);
+  double collapse = 0.0;
+  for (const CornerEdges<double>& edges : volumes.corner) {
+    collapse += CollapseSlopes::at(edges.volume / cell.volume).energy;
+  }
+  const double growth = volumes.mean - 1.0;
+  return cell.volume * (0.5 * cell.stiffness * growth * growth + 0.125 * cell.collapse * collapse);
+}
+
+/// Returns the smallest volume of a corner in units of V0; at most zero in a cell that is inside
+/// out.
+inline double smallest_corner(const Corners<double>& x, double rest_volume) noexcept {
+  double least = edges_at(x, 0).volume;
+  for (std::size_t n = 1; n < 8; ++n) { least = std::fmin(least, edges_at(x, n).volume); }
+  return least / rest_volume;
+}
+
+}  // namespace palpate

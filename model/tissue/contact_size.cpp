@@ -1,0 +1,469 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/tissue/contact_size.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <span>
+
+#include "model/problem/needle_path.hpp"
+#include "model/tissue/lattice.hpp"
+#include "model/tissue/tissue_grid.hpp"
+
+namespace palpate {
+
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Matrix4d;
+using Eigen::Vector3d;
+using std::numbers::pi;
+
+// Continuum. A layer carries U(z) J1(k r) along r and W(z) J0(k r) along z.
+
+/// Wavenumber times thickness below which a layer is computed with linear shape functions; the
+/// exact matrix loses its digits there.
+constexpr double thin = 0.05;
+
+/// Returns the forces on the two faces of a layer per unit of their displacements, for one
+/// wavenumber; rows and columns: U and W of the upper face, then of the lower face.
+Matrix4d layer_stiffness(const ColumnLayer& layer, double k) {
+  const double mu = 0.5 * layer.youngs_modulus / (1.0 + layer.poissons_ratio);
+  const double lambda = 2.0 * mu * layer.poissons_ratio / (1.0 - 2.0 * layer.poissons_ratio);
+  const double m = lambda + 2.0 * mu;
+  const double h = layer.thickness;
+  if (k * h < thin) {
+    // Energy of lambda (k U + W')^2 + 2 mu ((k U)^2 + W'^2) + mu (U' - k W)^2, divided by two.
+    const auto mass = [&](int r, int c) { return h * (r == c ? 2.0 : 1.0) / 6.0; };
+    const auto slope = [&](int r, int c) { return (r == c ? 1.0 : -1.0) / h; };
+    const auto mixed = [](int c) { return c == 0 ? -0.5 : 0.5; };  // of N_r and N_c'
+    Matrix4d stiffness;
+    for (int r = 0; r < 2; ++r) {
+      for (int c = 0; c < 2; ++c) {
+        stiffness(2 * r, 2 * c) = m * k * k * mass(r, c) + mu * slope(r, c);
+        stiffness(2 * r + 1, 2 * c + 1) = mu * k * k * mass(r, c) + m * slope(r, c);
+        stiffness(2 * r, 2 * c + 1) = k * (lambda * mixed(c) - mu * mixed(r));
+        stiffness(2 * c + 1, 2 * r) = stiffness(2 * r, 2 * c + 1);
+      }
+    }
+    return stiffness;
+  }
+  // Four solutions: (A + B Z) e^Z with Z = k (z - h), and (A + B Z) e^-Z with Z = k z, for A and B.
+  const double kappa = (lambda + 3.0 * mu) / (lambda + mu);
+  Matrix4d displacement;
+  Matrix4d traction;
+  for (int face = 0; face < 2; ++face) {
+    const double outward = face == 0 ? -1.0 : 1.0;
+    const int row = 2 * face;
+    for (int solution = 0; solution < 4; ++solution) {
+      const bool grows = solution < 2;
+      const double a = solution % 2 == 0 ? 1.0 : 0.0;
+      const double b = 1.0 - a;
+      const double z = grows ? k * h * (face - 1) : k * h * face;
+      const double decay = std::exp(grows ? z : -z);
+      const double sign = grows ? 1.0 : -1.0;
+      const double u = a + b * z;
+      const double w = -sign * a + b * kappa - sign * b * z;
+      const double u_slope = k * (sign * u + b);
+      const double w_slope = k * (sign * w - sign * b);
+      displacement(row, solution) = decay * u;
+      displacement(row + 1, solution) = decay * w;
+      traction(row, solution) = outward * decay * mu * (u_slope - k * w);
+      traction(row + 1, solution) =
+          outward * decay * (lambda * (k * u + w_slope) + 2.0 * mu * w_slope);
+    }
+  }
+  return traction * displacement.inverse();
+}
+
+/// Returns W per unit of axial force at each interface above the base, for one wavenumber.
+void respond(const std::vector<ColumnLayer>& layers, double k, std::vector<double>& response) {
+  const std::size_t count = layers.size();
+  std::vector<Matrix4d> stiffness(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    const bool again = n > 0 && layers[n].thickness == layers[n - 1].thickness &&
+                       layers[n].youngs_modulus == layers[n - 1].youngs_modulus &&
+                       layers[n].poissons_ratio == layers[n - 1].poissons_ratio;
+    stiffness[n] = again ? stiffness[n - 1] : layer_stiffness(layers[n], k);
+  }
+  // Stiffness of all that lies below an interface, and of all above it.
+  std::vector<Matrix2d> below(count);
+  below[count - 1] = stiffness[count - 1].topLeftCorner<2, 2>();
+  for (std::size_t n = count - 1; n-- > 0;) {
+    const Matrix4d& s = stiffness[n];
+    below[n] = s.topLeftCorner<2, 2>() -
+               s.topRightCorner<2, 2>() * (s.bottomRightCorner<2, 2>() + below[n + 1]).inverse() *
+                   s.bottomLeftCorner<2, 2>();
+  }
+  Matrix2d above = Matrix2d::Zero();
+  for (std::size_t n = 0; n < count; ++n) {
+    response[n] = (above + below[n]).inverse()(1, 1);
+    const Matrix4d& s = stiffness[n];
+    above = (s.bottomRightCorner<2, 2>() - s.bottomLeftCorner<2, 2>() *
+                                               (s.topLeftCorner<2, 2>() + above).inverse() *
+                                               s.topRightCorner<2, 2>())
+                .eval();
+  }
+}
+
+/// Nodes and weights of Gauss's rule with eight points on (-1, 1).
+constexpr std::array<double, 4> gauss_node{0.1834346424956498, 0.5255324099163290,
+                                           0.7966664774136267, 0.9602898564975363};
+constexpr std::array<double, 4> gauss_weight{0.3626837833783620, 0.3137066458778873,
+                                             0.2223810344533745, 0.1012285362903763};
+
+}  // namespace
+
+std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers, double radius,
+                                         const std::vector<double>& depths) {
+  std::vector<double> cuts{0.0};
+  double bottom = 0.0;
+  for (const ColumnLayer& layer : layers) { cuts.push_back(bottom += layer.thickness); }
+  const double same = 1e-9 * bottom;
+  for (const double depth : depths) {
+    if (depth > 0.0 && depth < bottom) { cuts.push_back(depth); }
+  }
+  std::ranges::sort(cuts);
+  std::vector<double> faces;  // upper faces of the sublayers, then the base
+  for (const double cut : cuts) {
+    if (faces.empty() || cut > faces.back() + same) { faces.push_back(cut); }
+  }
+  std::vector<ColumnLayer> sublayers;
+  std::size_t of = 0;
+  double end = layers.front().thickness;
+  for (std::size_t n = 0; n + 1 < faces.size(); ++n) {
+    const double middle = 0.5 * (faces[n] + faces[n + 1]);
+    while (middle > end && of + 1 < layers.size()) { end += layers[++of].thickness; }
+    sublayers.push_back(
+        {faces[n + 1] - faces[n], layers[of].youngs_modulus, layers[of].poissons_ratio});
+  }
+  std::vector<double> response(sublayers.size());
+  std::vector<double> sum(sublayers.size(), 0.0);
+  const auto add = [&](double k, double weight) {
+    respond(sublayers, k, response);
+    const double disc = std::sin(k * radius) / (k * radius);
+    for (std::size_t n = 0; n < sum.size(); ++n) {
+      sum[n] += weight * k * disc * disc * response[n] / (2.0 * pi);
+    }
+  };
+  const auto add_panel = [&](double from, double to) {
+    const double half = 0.5 * (to - from);
+    for (std::size_t n = 0; n < gauss_node.size(); ++n) {
+      for (const double side : {-1.0, 1.0}) {
+        add(from + half * (1.0 + side * gauss_node[n]), half * gauss_weight[n]);
+      }
+    }
+  };
+  const double lobe = pi / radius;
+  double from = 0.0;
+  for (double to = std::min(0.5 / bottom, lobe); from < lobe; to = std::min(2.0 * to, lobe)) {
+    add_panel(from, to);
+    from = to;
+  }
+  constexpr int lobes = 24;
+  for (int n = 1; n < lobes; ++n) { add_panel(n * lobe, (n + 1) * lobe); }
+  // Beyond the last lobe k times the response is constant and sin^2 has the mean 1/2.
+  const double last = lobes * lobe;
+  respond(sublayers, last, response);
+  std::vector<double> compliance;
+  for (const double depth : depths) {
+    const auto found = std::ranges::lower_bound(faces, depth - same);
+    const auto n = static_cast<std::size_t>(found - faces.begin());
+    compliance.push_back(n < sum.size() ? sum[n] + response[n] / (4.0 * pi * radius * radius)
+                                        : 0.0);
+  }
+  return compliance;
+}
+
+namespace {
+
+// Grid. A wave e^{i q . x} of displacements (i u_x, i u_y, u_z) has real stiffness, because the
+// grid is symmetric about planes through its nodes.
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Stiffness of one layer of cells per unit of modulus for one wave; upper plane, then lower plane.
+struct CellLayerStiffness {
+  Matrix6d springs = Matrix6d::Zero();
+  Matrix6d volume = Matrix6d::Zero();
+};
+
+CellLayerStiffness cell_layer(const Vector3d& spacing, int connectivity, const BoxBonds& bonds,
+                              const Eigen::Vector2d& q) {
+  CellLayerStiffness layer;
+  const auto directions = bond_directions(connectivity);
+  using Complex = std::complex<double>;
+  const std::array<Complex, 3> unit{Complex(0.0, 1.0), Complex(0.0, 1.0), Complex(1.0, 0.0)};
+  for (std::size_t d = 0; d < directions.size(); ++d) {
+    const Vector3d step(directions[d][0], directions[d][1], directions[d][2]);
+    const Vector3d n = spacing.cwiseProduct(step).normalized();
+    const bool flat = directions[d][2] == 0;
+    // A bond within a plane belongs to the cells above and below it.
+    const double k = flat ? 0.5 * bonds.stiffness[d] : bonds.stiffness[d];
+    const Complex phase =
+        std::polar(1.0, q.x() * spacing.x() * step.x() + q.y() * spacing.y() * step.y());
+    Eigen::Matrix<Complex, 6, 1> grows;
+    const auto add = [&] { layer.springs += (k * grows.conjugate() * grows.transpose()).real(); };
+    for (int plane = 0; plane < (flat ? 2 : 1); ++plane) {
+      grows.setZero();
+      for (int axis = 0; axis < 3; ++axis) {
+        const Complex along = n(axis) * unit[static_cast<std::size_t>(axis)];
+        if (flat) {
+          grows(3 * plane + axis) = along * (phase - 1.0);
+        } else {
+          grows(axis) = -along;
+          grows(3 + axis) = along * phase;
+        }
+      }
+      add();
+    }
+  }
+  // Gradient of the mean volume of a cell: a corner's share is 1 / (4 h) along each axis.
+  Eigen::Matrix<Complex, 6, 1> grows = Eigen::Matrix<Complex, 6, 1>::Zero();
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d at(corner & 1, corner >> 1 & 1, corner >> 2);
+    const Complex phase =
+        std::polar(1.0, q.x() * spacing.x() * at.x() + q.y() * spacing.y() * at.y());
+    for (int axis = 0; axis < 3; ++axis) {
+      grows(3 * (corner >> 2) + axis) +=
+          (at(axis) - 0.5) / (2.0 * spacing(axis)) * phase * unit[static_cast<std::size_t>(axis)];
+    }
+  }
+  layer.volume = (spacing.prod() * grows.conjugate() * grows.transpose()).real();
+  return layer;
+}
+
+/// Returns the squared magnitude of the Fourier transform of a plane's weights, and its product
+/// with the next plane's, summed over the four signs of the wave vector.
+PlaneCompliance spectrum(std::span<const PlaneSupport> own, std::span<const PlaneSupport> next,
+                         const Eigen::Vector2d& q) {
+  PlaneCompliance sum;
+  const auto transform = [](std::span<const PlaneSupport> supports, const Eigen::Vector2d& at) {
+    std::complex<double> total = 0.0;
+    for (const PlaneSupport& s : supports) { total += std::polar(s.weight, at.dot(s.place)); }
+    return total;
+  };
+  for (const double sign : {1.0, -1.0}) {  // the other two are complex conjugates
+    const Eigen::Vector2d at(q.x(), sign * q.y());
+    const auto here = transform(own, at);
+    sum.own += 2.0 * std::norm(here);
+    sum.next += 2.0 * (std::conj(here) * transform(next, at)).real();
+  }
+  return sum;
+}
+
+/// Number of cells after which the grid repeats: three times its depth, within limits of work.
+int period_of(const GridColumn& grid) {
+  const auto planes = static_cast<double>(grid.spring_modulus.size());
+  const double wanted = 4.0 * planes * grid.spacing.z() / grid.spacing.head<2>().minCoeff();
+  const double most = 2.0 * std::sqrt(4e5 / planes);
+  return 2 * static_cast<int>(std::ceil(0.5 * std::clamp(std::min(wanted, most), 24.0, 256.0)));
+}
+
+}  // namespace
+
+std::vector<PlaneCompliance> grid_compliance(
+    const GridColumn& grid, const std::vector<std::vector<PlaneSupport>>& supports) {
+  const std::size_t planes = grid.spring_modulus.size();
+  const int period = period_of(grid);
+  const BoxBonds bonds = box_bonds(grid.spacing, grid.connectivity);
+  std::vector<PlaneCompliance> compliance(planes);
+  std::vector<Matrix6d> layers(planes);
+  std::vector<Matrix3d> below(planes);
+  for (int j = 0; j < period / 2; ++j) {
+    for (int i = 0; i < period / 2; ++i) {
+      const Eigen::Vector2d q =
+          2.0 * pi / period *
+          Eigen::Vector2d(i + 0.5, j + 0.5).cwiseQuotient(grid.spacing.head<2>());
+      const CellLayerStiffness unit = cell_layer(grid.spacing, grid.connectivity, bonds, q);
+      for (std::size_t n = 0; n < planes; ++n) {
+        layers[n] = grid.spring_modulus[n] * unit.springs + grid.volume_modulus[n] * unit.volume;
+      }
+      below[planes - 1] = layers[planes - 1].topLeftCorner<3, 3>();
+      for (std::size_t n = planes - 1; n-- > 0;) {
+        const Matrix6d& s = layers[n];
+        below[n] =
+            s.topLeftCorner<3, 3>() - s.topRightCorner<3, 3>() *
+                                          (s.bottomRightCorner<3, 3>() + below[n + 1]).inverse() *
+                                          s.bottomLeftCorner<3, 3>();
+      }
+      Matrix3d above = Matrix3d::Zero();
+      for (std::size_t n = 0; n < planes; ++n) {
+        const Matrix3d response = (above + below[n]).inverse();
+        const Matrix6d& s = layers[n];
+        const bool has_next = n + 1 < planes;
+        const PlaneCompliance weight =
+            spectrum(supports[n], has_next ? supports[n + 1] : supports[n], q);
+        compliance[n].own += weight.own * response(2, 2);
+        if (has_next) {
+          const Matrix3d carried = -(s.bottomRightCorner<3, 3>() + below[n + 1]).inverse() *
+                                   s.bottomLeftCorner<3, 3>() * response;
+          compliance[n].next += weight.next * carried(2, 2);
+        }
+        above = (s.bottomRightCorner<3, 3>() - s.bottomLeftCorner<3, 3>() *
+                                                   (s.topLeftCorner<3, 3>() + above).inverse() *
+                                                   s.topRightCorner<3, 3>())
+                    .eval();
+      }
+    }
+  }
+  const double waves = static_cast<double>(period) * period;
+  for (PlaneCompliance& plane : compliance) {
+    plane.own /= waves;
+    plane.next /= waves;
+  }
+  return compliance;
+}
+
+namespace {
+
+/// Part of the path of a tool between its first contact point and the rigid base.
+struct Column {
+  std::vector<ColumnLayer> layers{};
+  GridColumn grid{};
+  std::vector<std::vector<PlaneSupport>> supports{};
+  std::vector<double> planes{};  ///< depths of the planes along the path, the base included [m]
+};
+
+/// Returns the mean material of the path between two depths [m]; no parts without soft tissue.
+MaterialMean mean_between(const NeedlePath& path, double begin, double end) {
+  MaterialMean mean;
+  for (const PathInterval& interval : path.intervals()) {
+    const double part = std::min(end, interval.end) - std::max(begin, interval.begin);
+    const bool soft = interval.youngs_modulus > 0.0 && interval.role != TissueRole::bone;
+    if (!(part > 0.0) || !soft) { continue; }
+    mean.add(part, {.youngs_modulus = interval.youngs_modulus,
+                    .poissons_ratio = interval.poissons_ratio});
+  }
+  return mean;
+}
+
+std::vector<PlaneSupport> supports_about_axis(const NeedlePath& path, const NeedlePath::Knot& knot,
+                                              const SpringNetwork& network) {
+  std::vector<PlaneSupport> supports;
+  const Eigen::Vector2d axis = (path.origin() + knot.depth * path.direction()).head<2>();
+  for (const NeedlePath::Support& s : path.supports(knot)) {
+    supports.push_back({network.rest_position.col(s.node).head<2>() - axis, s.weight});
+  }
+  return supports;
+}
+
+bool is_fixed(const NeedlePath& path, const NeedlePath::Knot& knot, const SpringNetwork& network) {
+  return std::ranges::all_of(
+      path.supports(knot), [&](const NeedlePath::Support& s) { return network.is_fixed(s.node); });
+}
+
+/// Returns the depths of the planes of nodes below a tool's first contact point [m]. A probe has no
+/// contact point but the first.
+std::vector<double> planes_below(const NeedlePath& path, const NodeGrid& grid) {
+  std::vector<double> planes;
+  if (path.knots().size() > 1) {
+    for (const NeedlePath::Knot& knot : path.knots()) { planes.push_back(knot.depth); }
+    return planes;
+  }
+  const double first = path.knots().front().depth;
+  const double bottom = grid.first.z() + grid.spacing.z() * (grid.count[2] - 1);
+  for (double z = first; z < bottom + 0.5 * grid.spacing.z(); z += grid.spacing.z()) {
+    planes.push_back(z);
+  }
+  return planes;
+}
+
+/// Returns the number of neighbours of a node inside a grid.
+int connectivity_of(const SpringList& springs) {
+  std::uint32_t most = 0;
+  for (const SpringList::Run& run : springs.runs()) { most = std::max(most, run.bonds); }
+  return most > 9 ? 26 : most > 3 ? 18 : 6;
+}
+
+/// Returns the column of tissue under a tool; no layers if its material is unknown.
+Column column_of(const NeedlePath& path, const SpringNetwork& network, const NodeGrid& grid) {
+  Column column;
+  const double slope = path.direction().z();
+  column.grid.spacing = grid.spacing;
+  column.grid.connectivity = connectivity_of(network.springs);
+  const bool needle = path.knots().size() > 1;
+  const std::vector<double> planes = planes_below(path, grid);
+  for (std::size_t n = 0; n < planes.size(); ++n) {
+    const bool base = n + 1 == planes.size() || planes[n] >= path.bone() ||
+                      (needle && is_fixed(path, path.knots()[n], network));
+    column.planes.push_back(planes[n]);
+    if (base) { break; }
+    const MaterialMean mean = mean_between(path, planes[n], planes[n + 1]);
+    if (!(mean.parts() > 0.0)) { break; }
+    const CellMaterial material = mean.mean();
+    column.grid.spring_modulus.push_back(material.spring_modulus());
+    column.grid.volume_modulus.push_back(material.volume_modulus());
+    column.supports.push_back(supports_about_axis(path, path.knots()[needle ? n : 0], network));
+  }
+  const double base = std::min(path.bone(), column.planes.back());
+  for (const PathInterval& interval : path.intervals()) {
+    const double begin = std::max(interval.begin, column.planes.front());
+    const double end = std::min(interval.end, base);
+    if (!(end > begin)) { continue; }
+    if (!(interval.youngs_modulus > 0.0)) { break; }
+    column.layers.push_back(
+        {(end - begin) * slope, interval.youngs_modulus, interval.poissons_ratio});
+  }
+  return column;
+}
+
+}  // namespace
+
+double TipCompliance::at(double depth) const noexcept {
+  if (value.empty()) { return 0.0; }
+  const double steps = (depth - first) / step;
+  if (!(steps > 0.0)) { return value.front(); }
+  const auto low = static_cast<std::size_t>(steps);
+  if (low + 1 >= value.size()) { return value.back(); }
+  const double share = steps - static_cast<double>(low);
+  return value[low] + share * (value[low + 1] - value[low]);
+}
+
+TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork& network) const {
+  const std::optional<NodeGrid> grid = tissue_grid(scene);
+  if (!grid) { return {}; }
+  const Column column = column_of(*this, network, *grid);
+  if (column.layers.empty() || column.supports.empty()) { return {}; }
+  const double radius = scene.needle ? 0.5 * scene.needle->diameter : scene.probe->radius();
+  TipCompliance tip{.first = column.planes.front()};
+  std::vector<double> depths{tip.first};
+  if (knots_.size() > 1) {
+    constexpr double most_values = 800.0;
+    const double length = column.planes.back() - tip.first;
+    const auto count = static_cast<std::size_t>(
+        std::ceil(std::min(8.0 * length / std::min(radius, grid->spacing.z()), most_values)));
+    tip.step = length / static_cast<double>(count);
+    for (std::size_t n = 1; n <= count; ++n) {
+      depths.push_back(tip.first + static_cast<double>(n) * tip.step);
+    }
+  } else {
+    tip.step = 1.0;
+  }
+  std::vector<double> below;  // the first plane, along the tool
+  for (const double depth : depths) { below.push_back((depth - tip.first) * direction_.z()); }
+  const std::vector<double> continuum = continuum_compliance(column.layers, radius, below);
+  const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
+  std::size_t plane = 0;
+  for (std::size_t n = 0; n < depths.size(); ++n) {
+    while (plane + 1 < planes.size() && column.planes[plane + 1] <= depths[n]) { ++plane; }
+    const double thickness = column.planes[plane + 1] - column.planes[plane];
+    const double share = std::clamp((depths[n] - column.planes[plane]) / thickness, 0.0, 1.0);
+    const double next = plane + 1 < planes.size() ? planes[plane + 1].own : 0.0;
+    const double of_grid = (1.0 - share) * (1.0 - share) * planes[plane].own +
+                           2.0 * share * (1.0 - share) * planes[plane].next + share * share * next;
+    if (n == 0) {
+      tip.continuum = continuum[0];
+      tip.grid = of_grid;
+    }
+    tip.value.push_back(std::max(continuum[n] - of_grid, 0.0));
+    if (continuum[n] > 0.0) { tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0); }
+  }
+  return tip;
+}
+
+}  // namespace palpate

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Compliance that a grid lacks under a tool that is smaller than its cells (model/EQUATIONS.md,
+/// "Contact of a size").
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace palpate {
+
+/// Laterally unbounded layer of tissue.
+struct ColumnLayer {
+  double thickness = 0.0;        ///< [m]
+  double youngs_modulus = 0.0;   ///< E [Pa]
+  double poissons_ratio = 0.25;  ///< nu [1]
+};
+
+/// Returns the axial displacement per unit of axial force [m/N] at each depth [m] of layers that
+/// are bonded to each other and to a rigid base. The force has the pressure of a rigid flat punch,
+/// p ~ 1 / sqrt(radius^2 - r^2), and the displacement is its mean with the same weight. Exact but
+/// for quadrature (stiffness matrices of layers: E. Kausel, J. M. Roesset, Bull. Seism. Soc. Am.
+/// 71, 1743, 1981). Depths at or below the base give zero.
+std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers, double radius,
+                                         const std::vector<double>& depths);
+
+/// Laterally unbounded grid of springs and cells on a rigid base.
+struct GridColumn {
+  Eigen::Vector3d spacing{0.0, 0.0, 0.0};  ///< [m]
+  int connectivity = 26;
+  /// Layers of cells from the surface down; each has the thickness spacing.z().
+  std::vector<double> spring_modulus{};  ///< Young's modulus of the springs [Pa]
+  std::vector<double> volume_modulus{};  ///< kappa of the cells [Pa]
+};
+/// Share of a force on a node of a plane, at a place relative to the tool's axis.
+struct PlaneSupport {
+  Eigen::Vector2d place{0.0, 0.0};  ///< [m]
+  double weight = 0.0;
+};
+
+/// Entries of the compliance matrix of the planes of a grid [m/N].
+struct PlaneCompliance {
+  double own = 0.0;   ///< mean displacement of a plane under a unit force on it
+  double next = 0.0;  ///< of the next plane under that force
+};
+/// Returns the axial compliance of each plane for a force that `supports` share, one list for each
+/// plane above the base. Computed for a grid that repeats after many cells.
+std::vector<PlaneCompliance> grid_compliance(
+    const GridColumn& grid, const std::vector<std::vector<PlaneSupport>>& supports);
+
+}  // namespace palpate

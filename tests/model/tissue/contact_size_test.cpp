@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+
+#include "model/tissue/contact_size.hpp"
+
+#include "model/tissue/lattice.hpp"
+#include "tests/check.hpp"
+
+namespace {
+
+using namespace palpate;
+
+constexpr double modulus = 1e4;
+constexpr double a = 0.8255e-3;  // 16 gauge
+
+GridColumn column(double h, double nu, int layers) {
+  CellMaterial material{.youngs_modulus = modulus};
+  material.poissons_ratio = nu;
+  const auto count = static_cast<std::size_t>(layers);
+  return {.spacing = Eigen::Vector3d::Constant(h),
+          .spring_modulus = std::vector<double>(count, material.spring_modulus()),
+          .volume_modulus = std::vector<double>(count, material.volume_modulus())};
+}
+
+TEST("a deep layer has the stiffness of a half space, and of a full space far inside") {
+  for (const double nu : {0.25, 0.4, 0.49}) {
+    // Base at 600 radii: it stiffens a half space by about a / H (Hayes et al. 1972).
+    const auto c = continuum_compliance({{0.5, modulus, nu}}, a, {0.0, 0.25});
+    const double half = 2.0 * modulus * a / (1.0 - nu * nu);
+    const double shear = 0.5 * modulus / (1.0 + nu);
+    const double full = 32.0 * (1.0 - nu) * shear * a / (3.0 - 4.0 * nu);
+    CHECK_NEAR(1.0 / c[0] / half, 1.0, 3e-3);
+    CHECK_NEAR(1.0 / c[1] / full, 1.0, 3e-3);
+  }
+}
+
+TEST("layers of one material are one layer, and a stiff layer below stiffens") {
+  const auto one = continuum_compliance({{0.02, modulus, 0.45}}, a, {0.0, 0.004, 0.011});
+  const auto three =
+      continuum_compliance({{0.005, modulus, 0.45}, {0.001, modulus, 0.45}, {0.014, modulus, 0.45}},
+                           a, {0.0, 0.004, 0.011});
+  for (std::size_t n = 0; n < 3; ++n) { CHECK_NEAR(three[n], one[n], 1e-6 * one[n]); }
+  const auto stiff =
+      continuum_compliance({{0.002, modulus, 0.45}, {0.018, 100.0 * modulus, 0.45}}, a, {0.0});
+  CHECK(stiff[0] < one[0]);
+  CHECK(continuum_compliance({{0.02, modulus, 0.45}}, a, {0.02})[0] == 0.0);
+}
+
+TEST("a disc that is wide against its layer presses a column in confined compression") {
+  const double nu = 0.3;
+  const double radius = 0.1;
+  const double thickness = 0.002;
+  const auto c = continuum_compliance({{thickness, modulus, nu}}, radius, {0.0});
+  const double confined = modulus * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
+  // The mean displacement under p ~ 1 / sqrt(a^2 - r^2) cut off at the thickness h from the edge:
+  // c = h / (M pi a^2) (ln(2 a / h) / 2 + O(1)); the bracket is between 1 and 4 here.
+  const double column = thickness / (confined * 3.14159265 * radius * radius);
+  CHECK(c[0] > column);
+  CHECK(c[0] < 4.0 * column);
+}
+
+TEST("a fine grid under a spread force has the compliance of the continuum") {
+  // Disc of 8 cells' radius, bilinear weights of 64 x 64 points of a punch's pressure.
+  for (const double nu : {0.25, 0.45}) {
+    const double h = 1e-3;
+    const double radius = 8e-3;
+    std::vector<PlaneSupport> disc;
+    double total = 0.0;
+    for (int i = -8; i <= 8; ++i) {
+      for (int j = -8; j <= 8; ++j) {
+        double weight = 0.0;
+        for (int n = 0; n < 400; ++n) {
+          const double x = (i - 0.5 + (n % 20 + 0.5) / 20.0) * h;
+          const double y = (j - 0.5 + (n / 20 + 0.5) / 20.0) * h;
+          const double rest = radius * radius - x * x - y * y;
+          if (rest > 0.0) { weight += 1.0 / std::sqrt(rest); }
+        }
+        if (weight > 0.0) { disc.push_back({{i * h, j * h}, weight}); }
+        total += weight;
+      }
+    }
+    for (PlaneSupport& s : disc) { s.weight /= total; }
+    const int layers = 40;
+    const auto grid = grid_compliance(column(h, nu, layers),
+                                      std::vector<std::vector<PlaneSupport>>(layers, disc));
+    const auto exact = continuum_compliance({{layers * h, modulus, nu}}, radius, {0.0, 0.02});
+    // Error of the spacing over the radius, to second order inside: (h / a)^2 = 1.6 %; the edge of
+    // the disc is resolved to half a cell, 6 %.
+    CHECK_NEAR(grid[0].own / exact[0], 1.0, 0.06);
+    CHECK_NEAR(grid[20].own / exact[1], 1.0, 0.06);
+  }
+}
+
+TEST("a point load on a lattice has the stiffness 0.85 E h") {
+  // The referee's 0.83 to 0.87 E h for nu = 1/4, measured on finite blocks.
+  const std::vector<std::vector<PlaneSupport>> point(20, {{{0.0, 0.0}, 1.0}});
+  const auto c = grid_compliance(column(5e-3, 0.25, 20), point);
+  CHECK_NEAR(1.0 / c[0].own / (modulus * 5e-3), 0.85, 0.03);
+}
+
+}  // namespace
