@@ -34,6 +34,11 @@ class Sampler {
     device_columns_ = trace.columns.size();
     if (options.tool) { append(tool_audit_columns()); }
     if (options.energy) { append({{"energy_j", "J", {}}}); }
+    if (options.cells != nullptr) {
+      append({{"tissue.smallest_jacobian", "1", {}}});
+      all_nodes_ = subject.node_positions();
+      check_interval_ = std::max<long>(1, subject.tick_count() / cell_checks);
+    }
     row_.resize(trace.columns.size());
     const auto rows = static_cast<std::size_t>(subject.tick_count() / options.every + 2);
     trace.time.reserve(rows);
@@ -55,6 +60,7 @@ class Sampler {
       largest_energy_.add(energy);
       trace_.energy.maximum = largest_energy_.value();
     }
+    check_cells_if_due();
     if (subject_.ticks() % options_.every == 0 || subject_.ticks() == subject_.tick_count()) {
       take_row(energy);
     }
@@ -91,7 +97,9 @@ class Sampler {
       std::ranges::copy(audit_of(subject_.tool()),
                         row_.begin() + static_cast<std::ptrdiff_t>(device_columns_));
     }
-    if (options_.energy) { row_.back() = energy; }
+    const std::size_t last = row_.size() - 1;
+    if (options_.energy) { row_[options_.cells != nullptr ? last - 1 : last] = energy; }
+    if (options_.cells != nullptr) { row_[last] = jacobian_; }
     for (std::size_t n = 0; n < row_.size(); ++n) { trace_.columns[n].values.push_back(row_[n]); }
     subject_.sample_text(texts_, trace_.events);
     for (std::size_t n = 0; n < texts_.size(); ++n) {
@@ -99,6 +107,23 @@ class Sampler {
     }
     if (options_.position) { subject_.coordinates(trace_.position.col(index)); }
     if (options_.velocity) { subject_.velocities(trace_.velocity.col(index)); }
+  }
+
+  /// Checks the cells at regular times and at the events of the tool.
+  void check_cells_if_due() {
+    if (options_.cells == nullptr) { return; }
+    const bool due = subject_.ticks() % check_interval_ == 0 ||
+                     subject_.ticks() == subject_.tick_count() ||
+                     !subject_.tool_happenings().empty();
+    if (!due) { return; }
+    subject_.node_positions(all_nodes_);
+    const CellCheck check = check_cells(*options_.cells, all_nodes_);
+    jacobian_ = check.smallest;
+    trace_.inverted_cells = std::max(trace_.inverted_cells, check.inverted);
+    if (check.smallest < trace_.smallest_jacobian) {
+      trace_.smallest_jacobian = check.smallest;
+      trace_.smallest_jacobian_at = subject_.time();
+    }
   }
 
   void reserve_frames() {
@@ -171,6 +196,10 @@ class Sampler {
   double largest_force_ = 0.0;  ///< [N]
   double largest_time_ = 0.0;   ///< [s]
   NodeVectors at_largest_{};
+  static constexpr long cell_checks = 200;
+  long check_interval_ = 1;  ///< [ticks]
+  double jacobian_ = 1.0;    ///< of the last check
+  NodeVectors all_nodes_{};
 };
 
 }  // namespace

@@ -36,6 +36,9 @@ struct SampleOptions {
   int frames = 0;     ///< number of frames, evenly spaced over the ticks
   int keyframes = 0;  ///< number of keyframes at the first ticks with events; one more at the
                       ///< largest tool force
+  /// Network whose cells are checked at the frames, at events, and 200 times in between; adds the
+  /// column "tissue.smallest_jacobian", which keeps its value between checks.
+  const SpringNetwork* cells = nullptr;
 };
 
 /// Returns the audit columns "tool.velocity_m_per_s", "tool.tip_depth_m" (in the undeformed

@@ -7,11 +7,22 @@
 #include <cstdint>
 #include <vector>
 
+#include "model/kernels/instruction_set.hpp"
+#include "model/kernels/kernel_views.hpp"
 #include "model/kernels/system.hpp"
 #include "model/problem/cell_law.hpp"
 #include "model/problem/problem.hpp"
 
 namespace palpate {
+
+/// Returns the widest kernels of cells that this processor supports.
+template <class Real> cells::Kernels<Real> cell_kernels() {
+  if constexpr (std::is_same_v<Real, float>) {
+    return kernels_here(&KernelSet::cells_float).front();
+  } else {
+    return kernels_here(&KernelSet::cells_double).front();
+  }
+}
 
 template <class Real> class CellForces {
  public:
@@ -26,7 +37,7 @@ template <class Real> class CellForces {
         mine.first[n] = layout.first[node];
         free = free || mine.first[n] >= 0;
         if (mine.first[n] >= 0) { continue; }
-        mine.first[n] = -1 - static_cast<int>(fixed_.size());
+        mine.first[n] = -1 - 3 * static_cast<int>(fixed_.size());
         const auto place = places.col(cell.nodes[n]).template cast<Real>().eval();
         fixed_.push_back({place.x(), place.y(), place.z()});
       }
@@ -36,19 +47,18 @@ template <class Real> class CellForces {
       damped_ = damped_ || cell.viscosity > 0.0;
       cells_.push_back(mine);
     }
+    if (!cells_.empty()) { make_batches(); }
   }
   [[nodiscard]] bool damped() const { return damped_; }
   /// Adds the forces of all cells to f.
   void add(const Real* q, const Real* v, Real* f) const noexcept {
-    for (const Cell& cell : cells_) {
-      Corners<Real> on{};
-      if (damped_) {
-        add_cell_forces<true>(cell.numbers, at_corners(cell, q), rates(cell, v), on);
-      } else {
-        add_cell_forces<false>(cell.numbers, at_corners(cell, q), {}, on);
-      }
-      spread(cell, on, f);
-    }
+    if (cells_.empty()) { return; }
+    const auto lanes = static_cast<std::size_t>(kernels_.lanes);
+    const cells::View<Real> view{.batches = static_cast<long>(first_.size() / (8 * lanes)),
+                                 .first = first_.data(),
+                                 .numbers = numbers_.data(),
+                                 .fixed = fixed_.empty() ? nullptr : &fixed_[0].x};
+    (damped_ ? kernels_.damped : kernels_.undamped)(view, q, v, f);
   }
   /// Adds -C(q) w to f.
   void add_damping(const Real* q, const Real* w, Real* f) const noexcept {
@@ -120,12 +130,14 @@ template <class Real> class CellForces {
   }
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
     return cells_.size() * sizeof(Cell) + fixed_.size() * sizeof(fixed_[0]) +
-           slots_.size() * sizeof(slots_[0]);
+           slots_.size() * sizeof(slots_[0]) + first_.size() * sizeof(int) +
+           numbers_.size() * sizeof(Real);
   }
 
  private:
   struct Cell {
-    std::array<int, 8> first{};  ///< coordinate of each corner; -1 - n for place n of fixed_
+    /// Coordinate of each corner; -1 - n for the place whose x is number n of fixed_.
+    std::array<int, 8> first{};
     CellNumbers<Real> numbers{};
   };
   [[nodiscard]] Corners<Real> at_corners(const Cell& cell, const Real* q) const noexcept {
@@ -133,7 +145,7 @@ template <class Real> class CellForces {
     for (std::size_t n = 0; n < 8; ++n) {
       const int at = cell.first[n];
       x[n] = at >= 0 ? Vector3Of<Real>{q[at], q[at + 1], q[at + 2]}
-                     : fixed_[static_cast<std::size_t>(-1 - at)];
+                     : fixed_[static_cast<std::size_t>((-1 - at) / 3)];
     }
     return x;
   }
@@ -155,6 +167,31 @@ template <class Real> class CellForces {
     }
   }
 
+  /// Sorts the cells into batches; the last one is filled with cells without stiffness.
+  void make_batches() {
+    kernels_ = cell_kernels<Real>();
+    const auto lanes = static_cast<std::size_t>(kernels_.lanes);
+    const std::size_t batches = (cells_.size() + lanes - 1) / lanes;
+    first_.resize(8 * lanes * batches);
+    numbers_.resize(4 * lanes * batches);
+    for (std::size_t n = 0; n < batches * lanes; ++n) {
+      const Cell& cell = cells_[std::min(n, cells_.size() - 1)];
+      const bool real = n < cells_.size();
+      const std::size_t batch = n / lanes;
+      const std::size_t lane = n % lanes;
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        first_[(8 * batch + corner) * lanes + lane] = cell.first[corner];
+      }
+      const CellNumbers<Real>& own = cell.numbers;
+      const Real numbers[4] = {real ? own.stiffness : Real(0), real ? own.viscosity : Real(0),
+                               real ? own.collapse : Real(0), own.volume};
+      for (std::size_t k = 0; k < 4; ++k) { numbers_[(4 * batch + k) * lanes + lane] = numbers[k]; }
+    }
+  }
+
+  cells::Kernels<Real> kernels_{};
+  std::vector<int> first_{};     ///< as in cells::View
+  std::vector<Real> numbers_{};  ///< as in cells::View
   std::vector<Cell> cells_{};
   std::vector<Vector3Of<Real>> fixed_{};
   bool damped_ = false;

@@ -217,12 +217,38 @@ struct Kernels {
 namespace palpate {
 
 /// Kernels of one instruction set; a kernel without lanes does not exist for it.
+}  // namespace palpate
+
+namespace palpate::cells {
+
+/// Cells in batches of one per lane.
+template <class Real> struct View {
+  long batches = 0;
+  const int* first = nullptr;     ///< [batch][corner][lane]: index of x; -1 - n: place n of `fixed`
+  const Real* numbers = nullptr;  ///< [batch][4][lane], as in CellNumbers
+  const Real* fixed = nullptr;    ///< positions of fixed nodes [m]
+};
+/// Adds the forces of all cells to f.
+template <class Real>
+using Force = void (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
+template <class Real> struct Kernels {
+  int lanes = 0;
+  Force<Real> damped = nullptr;
+  Force<Real> undamped = nullptr;
+};
+
+}  // namespace palpate::cells
+
+namespace palpate {
+
 struct KernelSet {
   lattice::Kernels<double> lattice_double{};
   lattice::Kernels<float> lattice_float{};
   adjacency::Kernels<double> adjacency_double{.lanes = 0};
   adjacency::Kernels<float> adjacency_float{.lanes = 0};
   supernodes::Kernels supernodes{};
+  cells::Kernels<double> cells_double{};
+  cells::Kernels<float> cells_float{};
 };
 
 KernelSet baseline_kernels() noexcept;

@@ -2,6 +2,7 @@
 /// Kernels for AVX2 and FMA; called only on processors with both.
 
 #include "model/kernels/adjacency_kernel.hpp"
+#include "model/kernels/cell_kernel.hpp"
 #include "model/kernels/lattice_kernel.hpp"
 #include "model/kernels/supernode_kernel.hpp"
 
@@ -21,7 +22,9 @@ KernelSet avx2_kernels() noexcept {
           .lattice_float = lattice::kernels_for<float, Instructions>("avx2"),
           .adjacency_double = adjacency::kernels_for<double, Instructions>("avx2"),
           .adjacency_float = adjacency::kernels_for<float, FloatFours>("avx2"),
-          .supernodes = supernodes::kernels_for<Instructions>("avx2")};
+          .supernodes = supernodes::kernels_for<Instructions>("avx2"),
+          .cells_double = cells::kernels_for<double, Instructions>(),
+          .cells_float = cells::kernels_for<float, Instructions>()};
 }
 
 }  // namespace palpate

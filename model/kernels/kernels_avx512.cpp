@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Kernels for AVX-512; called only on processors with it.
 
+#include "model/kernels/cell_kernel.hpp"
 #include "model/kernels/lattice_kernel.hpp"
 #include "model/kernels/supernode_kernel.hpp"
 
@@ -15,7 +16,9 @@ using Instructions = xsimd::default_arch;
 KernelSet avx512_kernels() noexcept {
   return {.lattice_double = lattice::kernels_for<double, Instructions>("avx512"),
           .lattice_float = lattice::kernels_for<float, Instructions>("avx512"),
-          .supernodes = supernodes::kernels_for<Instructions>("avx512")};
+          .supernodes = supernodes::kernels_for<Instructions>("avx512"),
+          .cells_double = cells::kernels_for<double, Instructions>(),
+          .cells_float = cells::kernels_for<float, Instructions>()};
 }
 
 }  // namespace palpate

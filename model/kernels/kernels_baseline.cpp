@@ -2,6 +2,7 @@
 /// Kernels for the baseline of the build's architecture.
 
 #include "model/kernels/adjacency_kernel.hpp"
+#include "model/kernels/cell_kernel.hpp"
 #include "model/kernels/lattice_kernel.hpp"
 #include "model/kernels/supernode_kernel.hpp"
 
@@ -13,7 +14,9 @@ KernelSet baseline_kernels() noexcept {
           .lattice_float = lattice::kernels_for<float, Instructions>("baseline"),
           .adjacency_double = adjacency::kernels_for<double, Instructions>("baseline"),
           .adjacency_float = adjacency::kernels_for<float, Instructions>("baseline"),
-          .supernodes = supernodes::kernels_for<Instructions>("baseline")};
+          .supernodes = supernodes::kernels_for<Instructions>("baseline"),
+          .cells_double = cells::kernels_for<double, Instructions>(),
+          .cells_float = cells::kernels_for<float, Instructions>()};
 }
 
 }  // namespace palpate

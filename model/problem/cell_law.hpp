@@ -59,16 +59,13 @@ template <class Number> struct CornerEdges {
   Vector3Of<Number> by_a, by_b, by_c;
   Number volume;  ///< a . (b x c), the cell's volume at rest [m^3]
 };
-/// Ends of the edges a, b, c of a corner. An odd corner lists two of them in reverse order, which
-/// keeps the volume positive.
-constexpr std::array<std::size_t, 3> ends_at(std::size_t corner) {
-  const bool odd = ((corner ^ (corner >> 1U) ^ (corner >> 2U)) & 1U) != 0;
-  return odd ? std::array{corner ^ 2U, corner ^ 1U, corner ^ 4U}
-             : std::array{corner ^ 1U, corner ^ 2U, corner ^ 4U};
-}
+/// Ends of the edges a, b, c of each corner. An odd corner lists two of them in reverse order,
+/// which keeps the volume positive.
+inline constexpr std::size_t corner_ends[8][3] = {{1, 2, 4}, {3, 0, 5}, {0, 3, 6}, {2, 1, 7},
+                                                  {6, 5, 0}, {4, 7, 1}, {7, 4, 2}, {5, 6, 3}};
 template <class Number>
 CornerEdges<Number> edges_at(const Corners<Number>& x, std::size_t corner) noexcept {
-  const auto ends = ends_at(corner);
+  const auto& ends = corner_ends[corner];
   CornerEdges<Number> edges{
       x[ends[0]] - x[corner], x[ends[1]] - x[corner], x[ends[2]] - x[corner], {}, {}, {}, {}};
   edges.by_a = edges.b.cross(edges.c);
@@ -82,7 +79,7 @@ CornerEdges<Number> edges_at(const Corners<Number>& x, std::size_t corner) noexc
 template <class Number>
 void add_gradient(const CornerEdges<Number>& edges, std::size_t corner, const Number& by,
                   Corners<Number>& sum) noexcept {
-  const auto ends = ends_at(corner);
+  const auto& ends = corner_ends[corner];
   const Vector3Of<Number> a = edges.by_a.scaled(by);
   const Vector3Of<Number> b = edges.by_b.scaled(by);
   const Vector3Of<Number> c = edges.by_c.scaled(by);
@@ -100,11 +97,12 @@ template <class Number> struct CellNumbers {
   Number volume;     ///< V0 [m^3]
 };
 
-/// First derivative of b by J; SIMD vectors overload it.
-inline double collapse_slope(double j) noexcept { return CollapseSlopes::at(j).first; }
-inline float collapse_slope(float j) noexcept {
-  return static_cast<float>(CollapseSlopes::at(static_cast<double>(j)).first);
-}
+/// First derivative of b by J; SIMD vectors specialise it.
+template <class Number> struct CollapseSlope {
+  static Number of(const Number& j) noexcept {
+    return static_cast<Number>(CollapseSlopes::at(static_cast<double>(j)).first);
+  }
+};
 
 /// Volumes of the corners of a deformed cell, and their mean in units of V0.
 template <class Number> struct CellVolumes {
@@ -129,7 +127,7 @@ Number mean_rate(const CellVolumes<Number>& volumes, const Corners<Number>& v,
                  const Number& rest_volume) noexcept {
   Number sum(0);
   for (std::size_t n = 0; n < 8; ++n) {
-    const auto ends = ends_at(n);
+    const auto& ends = corner_ends[n];
     const CornerEdges<Number>& edges = volumes.corner[n];
     sum = sum + edges.by_a.dot(v[ends[0]] - v[n]) + edges.by_b.dot(v[ends[1]] - v[n]) +
           edges.by_c.dot(v[ends[2]] - v[n]);
@@ -146,7 +144,7 @@ void add_cell_forces(const CellNumbers<Number>& cell, const Corners<Number>& x,
   if constexpr (damped) { pull = pull + cell.viscosity * mean_rate(volumes, v, cell.volume); }
   const Number eighth(0.125);
   for (std::size_t n = 0; n < 8; ++n) {
-    const Number slope = collapse_slope(Number(volumes.corner[n].volume / cell.volume));
+    const Number slope = CollapseSlope<Number>::of(volumes.corner[n].volume / cell.volume);
     add_gradient(volumes.corner[n], n, Number(eighth * (Number(0) - pull - cell.collapse * slope)),
                  f);
   }
@@ -201,7 +199,7 @@ CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Re
       return block;
     };
     // Derivative of a x b by its factors, for the three pairs of edges in turn.
-    const auto ends = ends_at(n);
+    const auto& ends = corner_ends[n];
     const std::array<Block, 3> third{cross(edges.c), cross(edges.a), cross(edges.b)};
     const Real pressure = Real(0.125) * (pull + cell.collapse * static_cast<Real>(slopes.first));
     const auto add = [&](std::size_t row, std::size_t column, const Block& block) {

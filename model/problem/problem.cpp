@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "model/problem/cell_law.hpp"
 
@@ -253,6 +254,50 @@ double NetworkProblem::energy(const Coordinates& q, const Coordinates& v) const 
     energy -= network_.mass(i) * gravity_.dot(q.segment<3>(coordinate(i)));
   }
   return energy;
+}
+
+CellCheck check_cells(const SpringNetwork& network, const Eigen::Ref<const NodeVectors>& position) {
+  CellCheck check;
+  const auto add = [&](const std::array<int, 8>& nodes, double volume) {
+    Corners<double> x;
+    for (std::size_t n = 0; n < 8; ++n) {
+      const auto place = position.col(nodes[n]);
+      x[n] = {place.x(), place.y(), place.z()};
+    }
+    const double least = smallest_corner(x, volume);
+    if (!(least > 0.0)) { ++check.inverted; }
+    check.smallest = std::min(check.smallest, least);
+  };
+  const std::optional<LatticeShape>& lattice = network.springs.lattice();
+  if (!lattice) {
+    for (const VolumeCell& cell : network.cells) { add(cell.nodes, cell.volume); }
+    return check;
+  }
+  const std::array<int, 3>& count = lattice->nodes;
+  std::array<int, 8> nodes{};
+  const auto corners = [&](int i, int j, int l) {
+    for (std::size_t n = 0; n < 8; ++n) {
+      const auto bits = static_cast<int>(n);
+      nodes[n] = lattice->index(i + (bits & 1), j + (bits >> 1 & 1), l + (bits >> 2));
+    }
+  };
+  // The axes of a lattice from a file may have either sign.
+  corners(0, 0, 0);
+  Corners<double> rest;
+  for (std::size_t n = 0; n < 8; ++n) {
+    const auto place = network.rest_position.col(nodes[n]);
+    rest[n] = {place.x(), place.y(), place.z()};
+  }
+  const double volume = edges_at(rest, 0).volume;
+  for (int l = 0; l + 1 < count[2]; ++l) {
+    for (int j = 0; j + 1 < count[1]; ++j) {
+      for (int i = 0; i + 1 < count[0]; ++i) {
+        corners(i, j, l);
+        add(nodes, volume);
+      }
+    }
+  }
+  return check;
 }
 
 OscillatorProblem::OscillatorProblem(const Oscillator& oscillator)

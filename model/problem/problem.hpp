@@ -132,6 +132,14 @@ class NetworkProblem final : public Problem {
   Eigen::VectorXd mass_;
 };
 
+/// State of the cells of a network: of a regular lattice, or those that resist changes of volume.
+struct CellCheck {
+  double smallest = 1.0;  ///< smallest corner Jacobian: volume of a corner relative to rest [1]
+  long inverted = 0;      ///< cells with a corner that is flat or inside out
+};
+/// Checks the cells at the positions of all nodes [m], 3 x nodes.
+CellCheck check_cells(const SpringNetwork& network, const Eigen::Ref<const NodeVectors>& position);
+
 /// Oscillator of Eqs. 3-5: one coordinate, driven by F0 cos(W t).
 class OscillatorProblem final : public Problem {
  public:

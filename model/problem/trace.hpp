@@ -54,8 +54,12 @@ struct Trace {
   /// empty if not sampled.
   Eigen::MatrixXd position{};
   Eigen::MatrixXd velocity{};
-  Frames frames{};     ///< evenly spaced in time
-  Frames keyframes{};  ///< at events and at the largest force on the tool
+  Frames frames{};  ///< evenly spaced in time
+  /// Smallest corner Jacobian of all cells and its time [1, s]; 1 if the cells were not checked.
+  double smallest_jacobian = 1.0;
+  double smallest_jacobian_at = 0.0;
+  long inverted_cells = 0;  ///< largest number of cells inside out at one time
+  Frames keyframes{};       ///< at events and at the largest force on the tool
 
   std::string method{};             ///< integrator of a run, or solver of a reference
   std::string version{};            ///< of a reference solver, e.g. "SUNDIALS 6.4.1"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -18,6 +19,7 @@
 #include "model/reduction/reduced_network.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
+#include "model/tissue/tissue_grid.hpp"
 
 namespace palpate {
 
@@ -226,12 +228,66 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
   bounds.damping_upper = std::max(bounds.damping_upper, viscosity / mass);
 }
 
+/// Warns of what makes a result depend on the grid: layers without cells of their own, and damping
+/// that is given per spring.
+void warn_of_grid(const Scene& scene, StepPlan& plan) {
+  for (const ResolvedLayer& layer : resolved_layers(scene)) {
+    if (layer.cells > 0) { continue; }
+    plan.warnings.push_back("layer \"" + layer.tissue + "\" (" + number(1e3 * layer.thickness) +
+                            " mm) has no cell of its own: its cells have the mean of several "
+                            "layers; a spacing of " +
+                            number(0.5 * layer.thickness) + " m would resolve it");
+  }
+  std::set<std::string> damped;
+  const auto see = [&](const std::string& name) {
+    const Material* material = find_material(scene.materials, name);
+    if (material != nullptr && material->damping_ratio > 0.0 && !material->retardation_time &&
+        !material->viscosity) {
+      damped.insert(name);
+    }
+  };
+  for (const Layer& layer : scene.tissue.layers) { see(layer.material); }
+  for (const Inclusion& body : scene.tissue.inclusions) { see(body.material); }
+  if (scene.tissue.source == Source::lattice &&
+      scene.tissue.lattice.weights == LatticeWeights::cell) {
+    see(scene.tissue.lattice.material);
+  }
+  std::string names;
+  for (const std::string& name : damped) { names += (names.empty() ? "" : ", ") + name; }
+  if (!names.empty()) {
+    plan.warnings.push_back("damping_ratio of " + names +
+                            ": the damping of a mode depends on the spacing; retardation_time "
+                            "does not");
+  }
+}
+
+/// Warns if the force at which the tip cuts presses the cells below it by more than half of their
+/// height.
+void warn_of_collapse(const NeedlePath& path, double spacing, StepPlan& plan) {
+  double force = 0.0;
+  for (const PathInterval& interval : path.intervals()) {
+    if (std::isfinite(interval.cutting_force)) { force = std::max(force, interval.cutting_force); }
+  }
+  const double share = force * plan.tip.grid / spacing;
+  if (share > 0.5) {
+    plan.warnings.push_back("the tip presses the first cells by " + number(share) +
+                            " of their height before it cuts: they may turn inside out");
+  }
+}
+
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool
 /// on the nodes of its contact points. Grids as stiff as the continuum to 1 % are left as they are.
 void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const NeedlePath path(scene, problem.network());
   plan.tip = path.tip_compliance(scene, problem.network());
   TipCompliance& tip = plan.tip;
+  if (const auto grid = tissue_grid(scene); grid && !tip.value.empty()) {
+    warn_of_collapse(path, grid->spacing.z(), plan);
+  }
+  if (tip.excess > 0.05) {
+    plan.warnings.push_back("the grid is softer under the tool than the continuum, by up to " +
+                            number(100.0 * tip.excess) + " %, which is not corrected");
+  }
   const double most = tip.value.empty() ? 0.0 : std::ranges::max(tip.value);
   if (!(most > 0.01 * tip.continuum)) {
     plan.skipped.emplace_back(
@@ -281,6 +337,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool single = scene.simulation.precision == Precision::single_precision;
   plan.bounds =
       network != nullptr ? spectral_bounds(*network) : spectral_bounds(scene.tissue.oscillator);
+  if (network != nullptr) { warn_of_grid(scene, plan); }
   if (network != nullptr && (scene.needle || scene.probe)) { add_contact(scene, *network, plan); }
   if (network != nullptr && scene.drive) { add_tool(scene, plan.bounds); }
   for (const IntegratorInfo* info : integrators()) {

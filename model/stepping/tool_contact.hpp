@@ -336,6 +336,8 @@ template <class Real> class ToolContact : public ToolState {
   using Support = typename ConstraintCompliance<Real>::Support;
   /// Relative determinant below which the constraints of tip and shaft are treated as one.
   static constexpr double independent = 1e-6;
+  /// Velocity [m/s] below which a tip that presses with its cutting force does not cut.
+  static constexpr double still = 1e-9;
   /// Distance from the skin [m] at which the tip has left it. Smaller rebounds of a resting tip are
   /// not reported.
   static constexpr double clear_of_skin = 1e-6;
@@ -439,9 +441,9 @@ template <class Real> class ToolContact : public ToolState {
     double rest = missing(low);
     if (!(rest > 0.0)) { return rest < 0.0 ? low + rest : low; }
     const double border = path_.intervals()[path_.interval_at(cut_)].end;
-    const double last = std::min(border, compliance_.last());
+    const double last = std::min(border, compliance_.depth.back());
     while (low < last) {
-      const double high = std::min(low + compliance_.step, last);
+      const double high = std::min(compliance_.next(low), last);
       const double next = missing(high);
       if (!(next > 0.0)) { return low + (high - low) * rest / (rest - next); }
       low = high;
@@ -723,7 +725,9 @@ template <class Real> class ToolContact : public ToolState {
   }
   void change_stuck(double t) noexcept {
     depth_ = cut_;
-    if (contact_.tip_held || (contact_.tip_tip <= 0.0 && velocity_ == 0.0)) { return; }
+    const double rate = velocity_ - velocity_at(at_);
+    const bool rests = softness_ > 0.0 && tip_force_ > 0.0 && !(rate > still);
+    if (contact_.tip_held || rests || (contact_.tip_tip <= 0.0 && velocity_ == 0.0)) { return; }
     if (tip_force_ > 0.0 || (cutting_force() == 0.0 && velocity_ > velocity_at(at_))) {
       tip_ = TipMode::cutting;
       enter(path_.interval_at(cut_), t);

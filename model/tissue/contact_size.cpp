@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <span>
 
@@ -414,14 +415,19 @@ Column column_of(const NeedlePath& path, const SpringNetwork& network, const Nod
 
 }  // namespace
 
-double TipCompliance::at(double depth) const noexcept {
+double TipCompliance::at(double at) const noexcept {
   if (value.empty()) { return 0.0; }
-  const double steps = (depth - first) / step;
-  if (!(steps > 0.0)) { return value.front(); }
-  const auto low = static_cast<std::size_t>(steps);
-  if (low + 1 >= value.size()) { return value.back(); }
-  const double share = steps - static_cast<double>(low);
-  return value[low] + share * (value[low + 1] - value[low]);
+  const auto above = std::ranges::upper_bound(depth, at);
+  if (above == depth.begin()) { return value.front(); }
+  if (above == depth.end()) { return value.back(); }
+  const auto high = static_cast<std::size_t>(above - depth.begin());
+  const double share = (at - depth[high - 1]) / (depth[high] - depth[high - 1]);
+  return value[high - 1] + share * (value[high] - value[high - 1]);
+}
+
+double TipCompliance::next(double from) const noexcept {
+  const auto above = std::ranges::upper_bound(depth, from);
+  return above == depth.end() ? std::numeric_limits<double>::infinity() : *above;
 }
 
 TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork& network) const {
@@ -430,22 +436,31 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   const Column column = column_of(*this, network, *grid);
   if (column.layers.empty() || column.supports.empty()) { return {}; }
   const double radius = scene.needle ? 0.5 * scene.needle->diameter : scene.probe->radius();
-  TipCompliance tip{.first = column.planes.front()};
-  std::vector<double> depths{tip.first};
+  TipCompliance tip;
+  const double first = column.planes.front();
+  std::vector<double>& depths = tip.depth;
+  depths.push_back(first);
   if (knots_.size() > 1) {
     constexpr double most_values = 800.0;
-    const double length = column.planes.back() - tip.first;
+    const double length = column.planes.back() - first;
     const auto count = static_cast<std::size_t>(
         std::ceil(std::min(8.0 * length / std::min(radius, grid->spacing.z()), most_values)));
-    tip.step = length / static_cast<double>(count);
     for (std::size_t n = 1; n <= count; ++n) {
-      depths.push_back(tip.first + static_cast<double>(n) * tip.step);
+      depths.push_back(first + length * static_cast<double>(n) / static_cast<double>(count));
     }
-  } else {
-    tip.step = 1.0;
+    for (const PathInterval& interval : intervals_) {
+      if (interval.begin > first && interval.begin < depths.back()) {
+        depths.push_back(interval.begin);
+      }
+    }
+    std::ranges::sort(depths);
+    // Distances below a micrometre would make the table's slopes rounding errors.
+    const auto twins =
+        std::ranges::unique(depths, [](double one, double other) { return other - one < 1e-6; });
+    depths.erase(twins.begin(), twins.end());
   }
   std::vector<double> below;  // the first plane, along the tool
-  for (const double depth : depths) { below.push_back((depth - tip.first) * direction_.z()); }
+  for (const double depth : depths) { below.push_back((depth - first) * direction_.z()); }
   const std::vector<double> continuum = continuum_compliance(column.layers, radius, below);
   const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
   std::size_t plane = 0;

@@ -151,6 +151,25 @@ LatticeShape block_shape(const Scene& scene) {
   return {{block.nodes[0], block.nodes[1], cells + 1}, block.spacing, block.connectivity};
 }
 
+std::vector<ResolvedLayer> resolved_layers(const Scene& scene) {
+  if (scene.tissue.source != Source::layers || layers_follow_skin(scene)) { return {}; }
+  const LatticeShape shape = block_shape(scene);
+  const double a = shape.spacing;
+  const double bottom = a * (shape.nodes[2] - 1);
+  std::vector<ResolvedLayer> layers;
+  double begin = 0.0;
+  for (const Layer& layer : scene.tissue.layers) {
+    const bool last = layers.size() + 1 == scene.tissue.layers.size();
+    const double end = last ? std::max(begin, bottom) : begin + layer.thickness;
+    const double first = std::ceil(begin / a - slack);
+    const double beyond = std::floor(std::min(end, bottom) / a + slack);
+    layers.push_back({layer.tissue.empty() ? layer.material : layer.tissue, layer.thickness,
+                      std::max(0, static_cast<int>(beyond - first))});
+    begin = end;
+  }
+  return layers;
+}
+
 bool layers_follow_skin(const Scene& scene) {
   const Tissue& tissue = scene.tissue;
   return tissue.source == Source::layers && tissue.skin && tissue.skin->shapes_layers();

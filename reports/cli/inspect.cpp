@@ -178,7 +178,7 @@ void print_line(const Json& line) {
 
 /// Keys "tool", "static_compliance_m_per_n" and, if that is null, "static_compliance_reason". Empty
 /// for a scene without a tool.
-Json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
+Json tool_inspection(const Scene& scene, const NetworkProblem& problem, const TipCompliance& tip) {
   Json facts = Json::object();
   if (!scene.needle && !scene.probe) { return facts; }
   const NeedlePath path(scene, problem.network());
@@ -188,6 +188,13 @@ Json tool_inspection(const Scene& scene, const NetworkProblem& problem) {
   add_keys(facts["tool"], "drive", scene_word(drive.kind), "drive_in_words", drive_in_words(drive),
            "syringe", scene.syringe.has_value());
   facts.update(compliance_json(path, problem));
+  const Json& compliance = facts["static_compliance_m_per_n"];
+  if (compliance.is_null()) { return facts; }
+  const double contact = tip.at(path.knots().front().depth);
+  const double total = compliance.get<double>() + contact;
+  facts["static_compliance_m_per_n"] = total;
+  add_keys(facts, "contact_compliance_m_per_n", contact, "needle_stiffness_n_per_m",
+           total > 0.0 ? Json(1.0 / total) : Json(nullptr));
   return facts;
 }
 
@@ -269,7 +276,12 @@ Json facts_of(const LoadedScene& loaded) {
   Json facts = object("title", loaded.file.scene.title);
   facts.update(network != nullptr ? network_facts(*network)
                                   : oscillator_facts(loaded.file.scene.tissue.oscillator));
-  if (network != nullptr) { facts.update(tool_inspection(loaded.file.scene, *network)); }
+  if (network != nullptr) { facts.update(tool_inspection(loaded.file.scene, *network, plan.tip)); }
+  if (const auto layers = resolved_layers(loaded.file.scene); !layers.empty()) {
+    facts["layers"] = list_of(layers, [](const ResolvedLayer& layer) {
+      return object("tissue", layer.tissue, "thickness_m", layer.thickness, "cells", layer.cells);
+    });
+  }
   if (loaded.file.scene.tissue.skin) { facts["skin"] = skin_facts(loaded.file.scene); }
   if (const auto& voxels = loaded.file.scene.tissue.voxels) { facts.update(voxel_facts(*voxels)); }
   Json stable = Json::object();

@@ -118,7 +118,34 @@ Json device_json(const FalconFacts& facts) {
 }
 
 const char* status_of(const Trace& trace) {
-  return trace.diverged ? "diverged" : trace.interrupted ? "interrupted" : "ok";
+  return trace.diverged             ? "diverged"
+         : trace.interrupted        ? "interrupted"
+         : trace.inverted_cells > 0 ? "unreliable"
+                                    : "ok";
+}
+
+/// Returns the reasons why the result of a run cannot be trusted.
+std::vector<std::string> doubts(const Trace& trace) {
+  if (trace.inverted_cells == 0) { return {}; }
+  return {std::to_string(trace.inverted_cells) +
+          " cells of the tissue turned inside out; smallest corner Jacobian " +
+          short_number(trace.smallest_jacobian, 3) +
+          " at t = " + quantity(trace.smallest_jacobian_at, "s") +
+          ": use a finer spacing, a wider tool, a smaller force, or poissons_ratio above 0.25"};
+}
+
+/// Largest force and pressure on the tool, and its deepest place.
+void add_peaks(const Trace& trace, Json& json) {
+  const Column* force = trace.find("tool.force_n");
+  if (force == nullptr || force->values.empty()) { return; }
+  const auto peak = std::ranges::max_element(force->values);
+  const auto row = static_cast<std::size_t>(peak - force->values.begin());
+  const std::vector<double>& place = trace.values("tool.insertion_m");
+  add_keys(json, "peak_force_n", *peak, "peak_force_depth_m", place[row]);
+  if (const Column* pressure = trace.find("syringe.pressure_pa")) {
+    json["peak_pressure_pa"] = std::ranges::max(pressure->values);
+  }
+  json["deepest_m"] = std::ranges::max(place);
 }
 
 std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
@@ -128,6 +155,12 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
   const NetworkProblem* network = loaded.network();
   Json json = object("schema", 1, "title", loaded.file.scene.title, "status", status_of(trace));
   if (trace.diverged) { json["diverged_at_s"] = trace.diverged_at; }
+  if (const auto reasons = doubts(trace); !reasons.empty()) {
+    json["unreliable_because"] = reasons;
+  }
+  add_keys(json, "smallest_jacobian", trace.smallest_jacobian, "smallest_jacobian_at_s",
+           trace.smallest_jacobian_at);
+  add_peaks(trace, json);
   add_keys(json, "nodes", network != nullptr ? network->network().node_count() : 1, "springs",
            network != nullptr ? network->network().springs.size() : 1, "ticks", trace.ticks,
            "steps", trace.steps, "integrator", plan.integrator->name, "integrator_reason",
@@ -234,7 +267,7 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
   const Trace& trace = run.trace;
   const StepPlan& plan = loaded.simulation().plan();
   RunReport report{.title = scene.title.empty() ? "Palpate run" : scene.title,
-                   .held = !trace.diverged,
+                   .held = !trace.diverged && trace.inverted_cells == 0,
                    .facts = tool_facts(trace),
                    .tool_figures = falcon_figures(trace),
                    .skipped = plan.skipped,
@@ -247,6 +280,10 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
   report.detail = trace.diverged
                       ? "The motion left every bound; the traces are kept up to there."
                       : std::to_string(trace.ticks) + " ticks, every state finite and in bounds.";
+  if (const auto reasons = doubts(trace); !reasons.empty() && !trace.diverged) {
+    report.verdict += ", but not reliable";
+    report.detail = reasons.front() + ".";
+  }
   if (run.falcon) {
     append(report.facts, falcon_fact_list(*run.falcon));
     report.tool_figures.push_back(force_reach_figure(*run.falcon));
@@ -256,6 +293,9 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
   append(report.facts, scene_facts(loaded));
   append(report.facts, patient_facts(scene));
   add_step_facts(report.facts, plan);
+  report.facts.push_back({"smallest corner of a cell", short_number(trace.smallest_jacobian, 3),
+                          "volume relative to rest, at t = " +
+                              quantity(trace.smallest_jacobian_at, "s") + "; inside out at 0"});
   add_cost_facts(report.facts, loaded, run);
   add_view(report, loaded, trace, !options.no_view);
   append(report.warnings, palpation.warnings);
@@ -275,6 +315,9 @@ void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesyst
   if (run.trace.diverged) {
     std::fprintf(stderr, "palpate: diverged at t = %.6g s; the trace is kept up to there\n",
                  run.trace.diverged_at);
+  }
+  for (const std::string& reason : doubts(run.trace)) {
+    std::fprintf(stderr, "palpate: unreliable: %s\n", reason.c_str());
   }
   std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n", status_of(run.trace),
               run.trace.ticks, plan.substeps, std::string(plan.integrator->name).c_str(),
@@ -341,6 +384,7 @@ int run_scene(const RunOptions& options) {
   const std::filesystem::path folder = options.make_folder();
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
   const NetworkProblem* network = loaded.network();
+  if (network != nullptr) { samples.cells = &network->network(); }
   if (network != nullptr && !options.no_view) {
     samples.keyframes = events_shown(network->network().node_count());
   }
@@ -370,7 +414,7 @@ int run_scene(const RunOptions& options) {
       to_html(report_of(options, loaded, result, palpation, provenance), result.trace));
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.trace.interrupted) { return interrupted_code; }
-  return result.trace.diverged ? fell_short : done;
+  return result.trace.diverged || result.trace.inverted_cells > 0 ? fell_short : done;
 }
 
 }  // namespace

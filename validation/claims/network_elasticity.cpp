@@ -3,6 +3,7 @@
 /// traction and under affine boundary displacement, and homogenised moduli.
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <complex>
 #include <functional>
@@ -554,10 +555,91 @@ void measure_dispersion(const CaseContext& context, Outcome& outcome) {
   outcome.figures.push_back(std::move(figure));
 }
 
+/// Blocks of several Poisson's ratios against isotropic elasticity.
+void measure_poisson(const CaseContext& context, Outcome& outcome) {
+  Series points{.label = "measured", .style = Series::Style::points};
+  for (const double nu : {0.25, 0.3, 0.45, 0.49}) {
+    const Block block{.poissons_ratio = nu};
+    const Measured measured = measure_moduli(block, candidate(context, block_network(block)));
+    const double e = block.youngs_modulus;
+    const double mu = 0.5 * e / (1.0 + nu);
+    const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu);
+    Largest error(std::abs(measured.youngs / e - 1.0));
+    error.add(std::abs(measured.poisson / nu - 1.0));
+    error.add(measured.not_affine);
+    error.add(std::abs(measured.moduli.c11 / (lambda + 2.0 * mu) - 1.0));
+    error.add(std::abs(measured.moduli.c12 / lambda - 1.0));
+    error.add(std::abs(measured.moduli.c44 / mu - 1.0));
+    outcome.judge_at_most("error_nu_" + plain_number(nu, 2), error.value(), 1e-10,
+                          "theory; rounding times the condition of a nearly incompressible block, "
+                          "1 / (1 - 2 nu)");
+    points.add(nu, measured.poisson);
+  }
+  outcome.figures.push_back(plot("poisson", "Poisson's ratio of a block under traction",
+                                 "Measured from the lateral contraction; the line is what the "
+                                 "material gives.",
+                                 {"nu of the material"}, {"nu measured"},
+                                 {curve("given", {0.25, 0.49}, {0.25, 0.49}), std::move(points)}));
+}
+
+/// Decay of the slowest mode of a cube of 20 mm on a fixed face, from its motion.
+void measure_retardation(const CaseContext& context, Outcome& outcome) {
+  constexpr double edge = 0.02;
+  constexpr double tau = 2e-3;
+  for (const int cells : {2, 4, 6}) {
+    Block block{
+        .nodes = {cells + 1, cells + 1, cells + 1}, .spacing = edge / cells, .poissons_ratio = 0.4};
+    CellMaterial material{.youngs_modulus = block.youngs_modulus,
+                          .density = block.density,
+                          .poissons_ratio = block.poissons_ratio,
+                          .retardation_time = tau};
+    SpringNetwork network = cell_lattice(block.shape(), [&](int, int, int) { return material; });
+    hold(network, Face::z_max);
+    const NetworkProblem problem(network);
+    const VectorXd scale = problem.mass().cwiseSqrt().cwiseInverse();
+    const MatrixXd matrix =
+        scale.asDiagonal() * MatrixXd(stiffness_of(problem)) * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(matrix);
+    const double omega = std::sqrt(modes.eigenvalues()(0));
+    const VectorXd mode = scale.cwiseProduct(modes.eigenvectors().col(0));
+    const double size = 1e-5 * edge / largest_of(mode);
+    network.initial_displacement = NodeVectors::Zero(3, network.node_count());
+    for (const int node : problem.free_nodes()) {
+      network.initial_displacement.col(node) = size * mode.segment<3>(problem.coordinate(node));
+    }
+    const double period = 2.0 * pi / omega;
+    Scene scene = automatic_scene("rk4", period / 200.0, 2.0 * period);
+    const Trace trace = roll_out(context, scene, &network, {.position = true, .velocity = true});
+    const VectorXd weight = problem.mass().cwiseProduct(mode);
+    const double expected = 0.5 * omega * tau;
+    const double decay = expected * omega;
+    const double own = omega * std::sqrt(1.0 - expected * expected);
+    const auto envelope = [&](Index row) {
+      const double p = weight.dot(trace.position.col(row) - problem.initial_position());
+      const double v = weight.dot(trace.velocity.col(row));
+      return std::hypot(p, (v + decay * p) / own);
+    };
+    const Index last = trace.position.cols() - 1;
+    const double measured = std::log(envelope(0) / envelope(last)) / (2.0 * period * omega);
+    outcome.judge_at_most("damping_error_" + std::to_string(cells) + "_cells",
+                          std::abs(measured / expected - 1.0), 0.01,
+                          "theory: damping ratio omega tau / 2 of a Kelvin-Voigt solid on every "
+                          "grid");
+    outcome.report("damping_ratio_" + std::to_string(cells) + "_cells", measured, "1");
+  }
+}
+
 }  // namespace
 
 std::vector<Case> elasticity_cases() {
   std::vector<Case> cases{
+      {"network/poisson", "accuracy",
+       "Blocks with Poisson's ratios from 0.25 to 0.49 have their Young's modulus, Poisson's ratio "
+       "and elastic constants under traction and affine strain.",
+       measure_poisson, 0.5},
+      {"network/retardation", "accuracy",
+       "The slowest mode of a cube decays with the damping ratio omega tau / 2 on three grids.",
+       measure_retardation, 1.0},
       {"network/patch-test", "accuracy",
        "A cell-built lattice under uniform traction has the Young's modulus it was given, "
        "Poisson's ratio 1/4 (0 and no shear stiffness with 6 neighbours), and its homogenised "

@@ -15,7 +15,9 @@ namespace palpate::networks {
 using Eigen::Index;
 
 SpringNetwork block_network(const Block& block) {
-  const CellMaterial material{.youngs_modulus = block.youngs_modulus, .density = block.density};
+  const CellMaterial material{.youngs_modulus = block.youngs_modulus,
+                              .density = block.density,
+                              .poissons_ratio = block.poissons_ratio};
   SpringNetwork network = cell_lattice(block.shape(), [&](int, int, int) { return material; });
   network.springs.change_each(
       [&](Spring& spring) { spring.viscosity = block.relaxation * spring.stiffness; });

@@ -29,6 +29,7 @@ struct Block {
   double spacing = 5e-3;  ///< [m]
   int connectivity = 26;
   double youngs_modulus = 5e3;  ///< [Pa]
+  double poissons_ratio = 0.25;
   double density = 1000.0;      ///< [kg/m^3]
   double relaxation = 0.0;      ///< c / k of every spring [s]: damping proportional to stiffness
 
