@@ -87,8 +87,9 @@ class NeedlePath {
   /// Returns the depth at which bone begins [m]; infinite without bone.
   [[nodiscard]] double bone() const { return bone_; }
 
-  /// Computes the compliance that the grid lacks; empty for a bare network, whose material is
-  /// unknown.
+  /// Computes the compliance that the grid lacks. Empty for a bare network, whose material is
+  /// unknown, and if the grid is as stiff as the continuum to 1 %. Otherwise no value is below 1 %
+  /// of the continuum's compliance at the skin, so that the tip is nowhere rigid.
   [[nodiscard]] TipCompliance tip_compliance(const Scene& scene,
                                              const SpringNetwork& network) const;
   [[nodiscard]] Place place(double depth) const noexcept;

@@ -227,25 +227,16 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
 }
 
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool
-/// on the nodes of its contact points. Grids as stiff as the continuum to 1 % are left as they are.
+/// on the nodes of its contact points.
 void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const NeedlePath path(scene, problem.network());
   plan.tip = path.tip_compliance(scene, problem.network());
-  TipCompliance& tip = plan.tip;
-  const double most = tip.value.empty() ? 0.0 : std::ranges::max(tip.value);
-  if (!(most > 0.01 * tip.continuum)) {
+  if (plan.tip.value.empty()) {
     plan.skipped.emplace_back(
         "compliance of the contact: the grid resolves the tool, or its "
         "material is unknown");
-    tip.value.clear();
     return;
   }
-  double least = std::numeric_limits<double>::infinity();
-  for (const double value : tip.value) {
-    if (value > 0.0) { least = std::min(least, value); }
-  }
-  least = std::max(least, 0.01 * tip.continuum);
-  for (double& value : tip.value) { value = std::max(value, least); }
   double mobility = 0.0;
   for (const NeedlePath::Knot& knot : path.knots()) {
     double own = 0.0;
@@ -255,7 +246,7 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     }
     mobility = std::max(mobility, own);
   }
-  const double square = mobility / least;
+  const double square = mobility / std::ranges::min(plan.tip.value);
   plan.bounds.omega_upper = std::hypot(plan.bounds.omega_upper, std::sqrt(square));
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <span>
 
@@ -463,6 +464,17 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
     tip.value.push_back(std::max(continuum[n] - of_grid, 0.0));
     if (continuum[n] > 0.0) { tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0); }
   }
+  const double negligible = 0.01 * tip.continuum;
+  if (!(std::ranges::max(tip.value) > negligible)) {
+    tip.value.clear();
+    return tip;
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (const double value : tip.value) {
+    if (value > 0.0) { least = std::min(least, value); }
+  }
+  least = std::max(least, negligible);
+  for (double& value : tip.value) { value = std::max(value, least); }
   return tip;
 }
 
