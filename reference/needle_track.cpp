@@ -109,8 +109,8 @@ constexpr double rounding = 1e-9;  ///< tolerance of a position, in units of the
 std::vector<TrackGive> give_of(const Scene& scene, const SpringNetwork& network) {
   const TipCompliance tip = NeedlePath(scene, network).tip_compliance(scene, network);
   std::vector<TrackGive> give;
-  for (const double value : tip.value) {
-    give.push_back({tip.first + static_cast<double>(give.size()) * tip.step, value});
+  for (std::size_t n = 0; n < tip.value.size(); ++n) {
+    give.push_back({tip.depth[n], tip.value[n]});
   }
   return give;
 }

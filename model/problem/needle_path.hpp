@@ -40,18 +40,16 @@ struct NodeGrid;  // tissue_grid.hpp
 /// Axial compliance between a tool and the tissue around its tip that the grid lacks, because its
 /// cells are not small against the tool (model/EQUATIONS.md, "Contact of a size").
 struct TipCompliance {
-  double first = 0.0;           ///< depth of the first value [m]
-  double step = 0.0;            ///< [m]
-  std::vector<double> value{};  ///< [m/N]; empty: none
+  /// Ascending depths of the values [m], borders of layers among them: c_s has a sharp bend there.
+  std::vector<double> depth{};
+  std::vector<double> value{};  ///< [m/N]; linear between depths, constant beyond; empty: none
   double continuum = 0.0;       ///< compliance of the layered continuum at the skin [m/N]
   double grid = 0.0;            ///< compliance of the unbounded grid there [m/N]
   /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
   double excess = 0.0;
-  [[nodiscard]] double at(double depth) const noexcept;
-  /// Depth of the last value [m].
-  [[nodiscard]] double last() const noexcept {
-    return first + step * (static_cast<double>(value.size()) - 1.0);
-  }
+  [[nodiscard]] double at(double place) const noexcept;
+  /// Returns the next depth of the table beyond `place`; infinite beyond the last [m].
+  [[nodiscard]] double next(double place) const noexcept;
 };
 
 /// Contact points of a tool and the materials along it. The path of a probe has one contact point.

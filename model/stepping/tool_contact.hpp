@@ -455,12 +455,7 @@ template <class Real> class ToolContact : public ToolState {
     double end = std::numeric_limits<double>::infinity();
     const std::size_t next = path_.place(depth).knot + 1;
     if (next < knots_.size()) { end = knots_[next].depth; }
-    if (depth < compliance_.last()) {
-      const double steps = std::floor((depth - compliance_.first) / compliance_.step) + 1.0;
-      const double value = compliance_.first + steps * compliance_.step;
-      end = std::min(end, value > depth ? value : value + compliance_.step);
-    }
-    return end;
+    return std::min(end, compliance_.next(depth));
   }
   /// Returns the distance by which a sticking tip presses the tissue that the grid does not resolve
   /// [m].
@@ -701,9 +696,9 @@ template <class Real> class ToolContact : public ToolState {
     const Knot& low = knots_[at_.knot];
     const Knot& high = knots_[at_.knot + 1];
     double stretch = 1.0 + (high.displacement - low.displacement) / (high.depth - low.depth);
-    if (tip_ == TipMode::cutting && softness_ > 0.0) {
-      const double growth = compliance_.at(depth_ + compliance_.step) - softness_;
-      stretch += cutting_force() * growth / compliance_.step;
+    const double ahead = compliance_.next(depth_);
+    if (tip_ == TipMode::cutting && std::isfinite(ahead)) {
+      stretch += cutting_force() * (compliance_.at(ahead) - softness_) / (ahead - depth_);
     }
     return stretch > 0.0 ? (velocity_ - velocity_at(at_)) / stretch : 0.0;
   }
