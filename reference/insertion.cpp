@@ -35,12 +35,14 @@ enum class Root {
   puncture,         ///< stuck: T reaches F_c
   release,          ///< stuck: T reaches 0
   stop,             ///< cutting: the tip's slip ends
+  fold,             ///< cutting: the tip sinks on at the same s
   track_end,        ///< in track: the tip reaches d
   skin_from_below,  ///< in track: the tip leaves
   knot_below,
   knot_above,
   interval_below,
   interval_above,
+  stretch_above,
   shaft_stop,     ///< slipping: W reaches 0
   slip_forward,   ///< sticking: F_f reaches L
   slip_backward,  ///< sticking: F_f reaches -L
@@ -54,8 +56,9 @@ struct RootValue {
   double value = 0.0;
 };
 
-void add_tip_roots(const Mode& mode, const Contact& now, const NeedleTrack& track, double slip_band,
-                   std::vector<RootValue>& roots) {
+void add_tip_roots(const Mode& mode, const Contact& now, const Mechanics& mechanics,
+                   const VectorXd& y, std::vector<RootValue>& roots) {
+  const NeedleTrack& track = mechanics.track();
   const TrackInterval& part = track.intervals[mode.interval];
   const bool has_below = mode.segment + 1 < track.knots.size();
   const auto add_ahead = [&] {
@@ -70,13 +73,19 @@ void add_tip_roots(const Mode& mode, const Contact& now, const NeedleTrack& trac
     case Tip::outside: break;
     case Tip::stuck:
       if (std::isfinite(part.cutting_force)) {
-        roots.push_back({Root::puncture, part.cutting_force - now.tip_force});
+        const double excess = now.give > 0.0 ? least_force : 0.0;  // T is continuous with c_s
+        roots.push_back({Root::puncture, part.cutting_force + excess - now.tip_force});
       }
       roots.push_back({Root::release, now.tip_force + least_force});
       break;
     case Tip::cutting:
-      roots.push_back({Root::stop, now.slip + slip_band});
+      roots.push_back({Root::stop, now.slip + mechanics.slip_error()});
       add_ahead();
+      if (now.give > 0.0) {
+        roots.push_back({Root::fold, mechanics.pace(mode, y)});
+        const double end = track.stretch_end(mode.stretch);
+        if (std::isfinite(end)) { roots.push_back({Root::stretch_above, end - now.depth + band}); }
+      }
       break;
     case Tip::in_track:
       roots.push_back({Root::track_end, mode.cut - now.depth + band});
@@ -109,7 +118,8 @@ std::vector<RootValue> roots_of(double time, const Mode& mode, const Eigen::Vect
                                 Mechanics& mechanics) {
   const NeedleTrack& track = mechanics.track();
   const bool on_bone = mode.support == Support::bone;
-  const bool needs_forces = mode.tip == Tip::stuck || (on_bone && mechanics.pushes()) ||
+  const bool rigid = mode.tip == Tip::stuck && track.give.empty();
+  const bool needs_forces = rigid || (on_bone && mechanics.pushes()) ||
                             (mode.tip != Tip::outside && mode.shaft == Shaft::sticks);
   const Contact now =
       needs_forces ? mechanics.evaluate(time, mode, y, nullptr) : mechanics.kinematics(mode, y);
@@ -119,7 +129,7 @@ std::vector<RootValue> roots_of(double time, const Mode& mode, const Eigen::Vect
     const double gap = track.entry() + mechanics.knot_displacement(0, y) - place;
     roots.push_back({Root::skin, gap + band});
   }
-  add_tip_roots(mode, now, track, mechanics.slip_error(), roots);
+  add_tip_roots(mode, now, mechanics, y, roots);
   add_shaft_roots(mode, now, mechanics.slip_error(), roots);
   if (on_bone) {
     const double left = mechanics.pushes() ? now.bone_force + least_force
@@ -278,6 +288,10 @@ class Transitions {
 
   void move_along(double time, const std::set<Root>& fired, VectorXd& y) {
     const auto& intervals = mechanics_.track().intervals;
+    if (mode_.tip == Tip::cutting && !mechanics_.track().give.empty()) {
+      sink(time, y);
+      return;
+    }
     if (fired.contains(Root::knot_above)) {
       ++mode_.segment;
       lock_knots(time, mode_.segment + 1, y);
@@ -308,6 +322,37 @@ class Transitions {
     }
   }
 
+  /// Moves a tip that cuts to the first depth at or beyond its own at which
+  /// d + U(d) + c_s(d) F_c = s, or to the beginning of a layer that resists more.
+  void sink(double time, VectorXd& y) {
+    const NeedleTrack& track = mechanics_.track();
+    for (;;) {
+      const double knot = mode_.segment + 1 < track.knots.size()
+                              ? track.knots[mode_.segment + 1].depth
+                              : std::numeric_limits<double>::infinity();
+      const double stretch = track.stretch_end(mode_.stretch);
+      const double border = track.intervals[mode_.interval].end;
+      const double end = std::min({knot, stretch, border});
+      const bool rises = mechanics_.pace(mode_, y) > 0.0;
+      if (rises && mechanics_.kinematics(mode_, y).depth < end) { return; }
+      if (!std::isfinite(end)) { throw SolverError("insertion: the tip sinks without end"); }
+      if (knot == end) {
+        ++mode_.segment;
+        lock_knots(time, mode_.segment + 1, y);
+      }
+      if (stretch == end) { ++mode_.stretch; }
+      if (border != end) { continue; }
+      const double before = track.intervals[mode_.interval].cutting_force;
+      if (track.intervals[++mode_.interval].cutting_force > before) {
+        mode_.tip = Tip::stuck;
+        mode_.cut = end;
+        log("stopped", time, y);
+        return;
+      }
+      log_cut(time, y);
+    }
+  }
+
   void arrive(double time, const std::set<Root>& fired, VectorXd& y) {
     const NeedleTrack& track = mechanics_.track();
     if (fired.contains(Root::skin)) {
@@ -329,7 +374,7 @@ class Transitions {
   /// the tissue.
   void strike(VectorXd& y) {
     const Contact now = mechanics_.kinematics(mode_, y);
-    const bool tip = mode_.tip == Tip::stuck && now.slip > still_ && now.tip_mobility > 0.0;
+    const bool tip = is_rigid(now) && now.slip > still_;
     const bool shaft = options_.shaft_impact == InsertionOptions::ShaftImpact::plastic &&
                        mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks &&
                        std::abs(now.shaft_slip) > still_ && !now.shaft_is_tip();
@@ -361,20 +406,16 @@ class Transitions {
     }
   }
 
-  [[nodiscard]] double tip_drift(const Contact& now, const VectorXd& y) const {
-    double place = mode_.cut;
-    for (std::size_t k = mode_.segment; k < mechanics_.track().knots.size(); ++k) {
-      const double h = now.tip_weights(static_cast<Eigen::Index>(k));
-      if (h != 0.0) { place += h * mechanics_.knot_displacement(k, y); }
-    }
-    return y(mechanics_.place()) - place;
+  /// Returns true if the tip sticks to the contact point itself, which moves.
+  [[nodiscard]] bool is_rigid(const Contact& now) const {
+    return mode_.tip == Tip::stuck && now.give == 0.0 && now.tip_mobility > 0.0;
   }
 
   /// Records the velocity error of the constraints, which are enforced at the level of
   /// accelerations.
   void note_slip(const VectorXd& y) {
     const Contact now = mechanics_.kinematics(mode_, y);
-    const bool tip = mode_.tip == Tip::stuck;
+    const bool tip = mode_.tip == Tip::stuck && now.give == 0.0;
     const bool shaft = mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks;
     if (tip) { checks_.largest_slip = std::max(checks_.largest_slip, std::abs(now.slip)); }
     if (shaft) { checks_.largest_slip = std::max(checks_.largest_slip, std::abs(now.shaft_slip)); }
@@ -382,8 +423,8 @@ class Transitions {
 
   void remove_drift(VectorXd& y) {
     const Contact now = mechanics_.kinematics(mode_, y);
-    if (mode_.tip == Tip::stuck && now.tip_mobility > 0.0) {
-      const double drift = tip_drift(now, y);
+    if (is_rigid(now)) {
+      const double drift = mechanics_.tip_lead(mode_, now, y);
       checks_.largest_drift = std::max(checks_.largest_drift, std::abs(drift));
       push_track(mechanics_, mode_, now, {drift / now.tip_mobility, 0.0}, y, 0);
     }
@@ -400,7 +441,7 @@ class Transitions {
   void remove_slip(VectorXd& y) {
     const Contact now = mechanics_.kinematics(mode_, y);
     const Eigen::Index speeds = mechanics_.dof();
-    const bool tip = mode_.tip == Tip::stuck && now.tip_mobility > 0.0;
+    const bool tip = is_rigid(now);
     const bool shaft = mode_.tip != Tip::outside && mode_.shaft == Shaft::sticks &&
                        now.shaft_mobility > 0.0 && !(tip && now.shaft_is_tip());
     push_track(mechanics_, mode_, now, impulses(now, tip, shaft), y, speeds);
@@ -423,6 +464,7 @@ class Transitions {
     const double strength = mechanics_.track().intervals[mode_.interval].cutting_force;
     const bool cutting = mode_.tip == Tip::cutting;
     if (!cutting && mode_.tip != Tip::stuck) { return {mode_.tip}; }
+    if (now.give > 0.0) { return {pressing_tip(fired, now)}; }
     if (now.slip < -still_) { return {receding()}; }
     if (cutting && now.slip > 0.0 && !fired.contains(Root::stop)) { return {Tip::cutting}; }
     std::vector<Tip> open;
@@ -434,6 +476,18 @@ class Transitions {
     }
     if (!fired.contains(Root::puncture)) { open.push_back(receding()); }
     return open;
+  }
+
+  /// Returns the mode of a tip that presses on the tissue between it and the contact point: T is
+  /// continuous, so positions and velocities determine it.
+  [[nodiscard]] Tip pressing_tip(const std::set<Root>& fired, const Contact& now) const {
+    const double strength = mechanics_.track().intervals[mode_.interval].cutting_force;
+    if (mode_.tip == Tip::cutting) {
+      const bool stops = fired.contains(Root::stop) || now.slip < 0.0;
+      return !stops ? Tip::cutting : strength > 0.0 ? Tip::stuck : receding();
+    }
+    if (fired.contains(Root::release)) { return receding(); }
+    return fired.contains(Root::puncture) ? Tip::cutting : Tip::stuck;
   }
 
   [[nodiscard]] std::vector<Shaft> shafts(const std::set<Root>& fired, const Mode& mode,
@@ -473,6 +527,7 @@ class Transitions {
       Mode trial = mode_;
       trial.tip = tip;
       trial.cut = mode_.tip == Tip::cutting ? now.depth : mode_.cut;
+      if (mode_.tip != Tip::cutting) { trial.stretch = mechanics_.track().stretch_at(mode_.cut); }
       const std::vector<Shaft> ways = shafts(fired, trial, now);
       for (const Shaft shaft : ways) {
         trial.shaft = shaft;
@@ -657,7 +712,7 @@ class Run {
     add("loss.hand_j", "J", work(0));
     add("loss.damping_j", "J", work(1));
     add("loss.friction_j", "J", work(2));
-    add("loss.cutting_j", "J", work(3));
+    add("loss.cutting_j", "J", work(3) - now.pressed_energy());
     add("loss.impact_j", "J", transitions_.impact_loss());
     const auto column = static_cast<Index>(trace_.rows());
     trace_.position.col(column) = mechanics_.problem().initial_position() + y_.head(n);

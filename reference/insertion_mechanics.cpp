@@ -140,17 +140,39 @@ void Mechanics::push_knot(std::size_t knot, const Vector3d& impulse, VectorXd& y
   }
 }
 
-/// Solves d + U(d) = s on the segment of the mode, where U is linear.
+double Mechanics::pace(const Mode& mode, const VectorXd& y) const {
+  double slope = 1.0;
+  const std::size_t k = mode.segment;
+  if (k + 1 < track_.knots.size()) {
+    slope += (knot_displacement(k + 1, y) - knot_displacement(k, y)) /
+             (track_.knots[k + 1].depth - track_.knots[k].depth);
+  }
+  if (mode.tip == Tip::cutting && !track_.give.empty()) {
+    slope += track_.intervals[mode.interval].cutting_force * track_.give_at(mode.stretch, 0.0)[1];
+  }
+  return slope;
+}
+
+/// Solves d + U(d) + c_s(d) T = s on the segment and stretch of the mode, where U and c_s are
+/// linear; T is F_c of a tip that cuts and 0 in the track.
 double Mechanics::depth_of(const Mode& mode, const VectorXd& y) const {
   if (mode.tip == Tip::outside) { return track_.entry(); }
   if (mode.tip == Tip::stuck) { return mode.cut; }
-  const std::size_t k = mode.segment;
-  const double upper = knot_displacement(k, y);
-  if (k + 1 == track_.knots.size()) { return y(place()) - upper; }
-  const double length = track_.knots[k + 1].depth - track_.knots[k].depth;
-  const double lower = knot_displacement(k + 1, y);
-  const double begin = track_.knots[k].depth;
-  return begin + (y(place()) - begin - upper) / (1.0 + (lower - upper) / length);
+  const double begin = track_.knots[mode.segment].depth;
+  double ahead = y(place()) - begin - knot_displacement(mode.segment, y);
+  if (mode.tip == Tip::cutting && !track_.give.empty()) {
+    ahead -= track_.intervals[mode.interval].cutting_force * track_.give_at(mode.stretch, begin)[0];
+  }
+  return begin + ahead / pace(mode, y);
+}
+
+double Mechanics::tip_lead(const Mode& mode, const Contact& contact, const VectorXd& y) const {
+  double lead = y(place()) - mode.cut;
+  for (std::size_t k = mode.segment; k < track_.knots.size(); ++k) {
+    const double h = contact.tip_weights(static_cast<Index>(k));
+    if (h != 0.0) { lead -= h * knot_displacement(k, y); }
+  }
+  return lead;
 }
 
 void Mechanics::add_shaft(const Mode& mode, Contact& contact) const {
@@ -189,6 +211,13 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
     contact.shaft_mobility += share * share * mobility_[knot];
     contact.mixed_mobility += h * share * mobility_[knot];
   }
+  if (mode.tip == Tip::stuck && !track_.give.empty()) {
+    contact.give = track_.give_at(track_.stretch_at(mode.cut), mode.cut)[0];
+    contact.tip_force = tip_lead(mode, contact, y) / contact.give;
+  } else if (mode.tip == Tip::cutting) {
+    contact.give = track_.give_at(mode.stretch, contact.depth)[0];
+    contact.tip_force = track_.intervals[mode.interval].cutting_force;
+  }
   const double tool = tool_mobility(mode);
   contact.tip_mobility += tool;
   contact.shaft_mobility += tool;
@@ -200,15 +229,15 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
 void Mechanics::solve_forces(const Mode& mode, double slip_rate, double shaft_rate,
                              Contact& c) const {
   const bool sticks = mode.shaft == Shaft::sticks && mode.tip != Tip::outside;
-  if (mode.tip == Tip::cutting) { c.tip_force = track_.intervals[mode.interval].cutting_force; }
+  const bool rigid = mode.tip == Tip::stuck && c.give == 0.0;
   if (!sticks && mode.tip != Tip::outside) {
     c.shaft_force = mode.shaft == Shaft::forward ? c.capacity : -c.capacity;
   }
-  if (mode.tip == Tip::stuck && sticks) {
+  if (rigid && sticks) {
     const double gram = c.tip_mobility * c.shaft_mobility - c.mixed_mobility * c.mixed_mobility;
     c.tip_force = (c.shaft_mobility * slip_rate - c.mixed_mobility * shaft_rate) / gram;
     c.shaft_force = (c.tip_mobility * shaft_rate - c.mixed_mobility * slip_rate) / gram;
-  } else if (mode.tip == Tip::stuck) {
+  } else if (rigid) {
     c.tip_force = (slip_rate - c.mixed_mobility * c.shaft_force) / c.tip_mobility;
   } else if (sticks) {
     c.shaft_force = (shaft_rate - c.mixed_mobility * c.tip_force) / c.shaft_mobility;
@@ -243,13 +272,7 @@ void Mechanics::free_acceleration(double time, const Mode& mode, const VectorXd&
 double Mechanics::share_rate(const Mode& mode, const Contact& contact, const VectorXd& y) const {
   const bool moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
   if (!moves || contact.capacity == 0.0) { return 0.0; }
-  double steepness = 0.0;
-  const std::size_t k = mode.segment;
-  if (k + 1 < track_.knots.size()) {
-    steepness = (knot_displacement(k + 1, y) - knot_displacement(k, y)) /
-                (track_.knots[k + 1].depth - track_.knots[k].depth);
-  }
-  const double deepening = contact.slip / (1.0 + steepness);
+  const double deepening = contact.slip / pace(mode, y);
   return track_.intervals[mode.interval].friction * deepening / contact.capacity;
 }
 
@@ -311,11 +334,13 @@ void Mechanics::add_powers(double time, const Mode& mode, const Contact& contact
     power(1) = velocity_.dot(force_) - with;
   }
   power(2) = contact.shaft_force * contact.shaft_slip;
-  power(3) = mode.tip == Tip::cutting ? contact.tip_force * contact.slip : 0.0;
+  const bool moves = mode.tip == Tip::cutting || contact.give > 0.0;
+  power(3) = moves ? contact.tip_force * contact.slip : 0.0;
 }
 
 double Mechanics::stored_energy(double time, const Mode& mode, const VectorXd& y) const {
   double energy = problem_.energy(origin_ + y.head(dof()), y.segment(dof(), dof()));
+  energy += kinematics(mode, y).pressed_energy();
   if (pushes()) {
     energy += 0.5 * tool_mass_ * y(speed()) * y(speed());
   } else if (mode.support == Support::bone) {

@@ -44,6 +44,7 @@ struct Mode {
   Support support = Support::hand;
   std::size_t segment = 0;   ///< segment of the tip, between contact points segment and segment + 1
   std::size_t interval = 0;  ///< interval of the tip; for a stuck tip, the one to be cut next
+  std::size_t stretch = 0;   ///< stretch of c_s in which the tip cuts
   double cut = 0.0;          ///< d [m] unless the tip cuts
   HandPiece hand{};
   double gate = 0.0;                         ///< activation time that selects the active loads [s]
@@ -56,6 +57,7 @@ struct Contact {
   double slip = 0.0;                       ///< s' - V(xi) [m/s]
   double shaft_slip = 0.0;                 ///< W [m/s]
   double capacity = 0.0;                   ///< L [N]
+  double give = 0.0;                       ///< c_s at d of a stuck or cutting tip [m/N]
   double tip_force = 0.0;                  ///< T [N]
   double shaft_force = 0.0;                ///< F_f [N]
   double bone_force = 0.0;                 ///< force on a tool that the hand presses on bone [N]
@@ -69,11 +71,13 @@ struct Contact {
   Eigen::VectorXd shaft_weights{};         ///< l_k / L [1]
   Eigen::Vector3d lateral{0.0, 0.0, 0.0};  ///< force on the needle [N]
 
+  /// Energy of the tissue between the tip and the contact point [J].
+  [[nodiscard]] double pressed_energy() const { return 0.5 * give * tip_force * tip_force; }
   /// Returns true if the stuck tip and the shaft are one constraint: their
   /// common mobility matrix is numerically singular.
   [[nodiscard]] bool shaft_is_tip() const {
-    return tip_mobility * shaft_mobility - mixed_mobility * mixed_mobility <
-           1e-6 * tip_mobility * shaft_mobility;
+    return give == 0.0 && tip_mobility * shaft_mobility - mixed_mobility * mixed_mobility <
+                              1e-6 * tip_mobility * shaft_mobility;
   }
 };
 
@@ -99,7 +103,13 @@ class Mechanics {
   [[nodiscard]] double slip_error() const { return slip_error_; }
   [[nodiscard]] long evaluations() const { return evaluations_; }
 
-  /// Computes depth, slips and weights without forces.
+  /// Returns the distance s - d - U(d) by which the tip is ahead of the contact point at the end of
+  /// its cut [m].
+  [[nodiscard]] double tip_lead(const Mode& mode, const Contact& contact,
+                                const Eigen::VectorXd& y) const;
+  /// Returns the slope of d + U(d) + c_s(d) F_c where the tip is in the track or cuts [1].
+  [[nodiscard]] double pace(const Mode& mode, const Eigen::VectorXd& y) const;
+  /// Computes depth, slips and weights without forces, but T if the position gives it.
   [[nodiscard]] Contact kinematics(const Mode& mode, const Eigen::VectorXd& y) const;
   /// Computes the contact with forces, and dy if it is not null.
   Contact evaluate(double time, const Mode& mode, const Eigen::VectorXd& y, Eigen::VectorXd* dy);

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <vector>
 
+#include "model/problem/needle_path.hpp"
 #include "reference/solution.hpp"
 
 namespace palpate::reference {
@@ -19,6 +21,7 @@ namespace {
 std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network);
 TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
 std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
+std::vector<TrackGive> give_of(const Scene& scene, const SpringNetwork& network);
 
 }  // namespace
 
@@ -30,6 +33,20 @@ std::size_t NeedleTrack::segment_at(double depth) const {
 std::size_t NeedleTrack::interval_at(double depth) const {
   const auto above = std::ranges::upper_bound(intervals, depth, {}, &TrackInterval::begin);
   return above == intervals.begin() ? 0 : static_cast<std::size_t>(above - intervals.begin()) - 1;
+}
+
+std::size_t NeedleTrack::stretch_at(double depth) const {
+  const auto above = std::ranges::upper_bound(give, depth, {}, &TrackGive::depth);
+  return above == give.begin() ? 0 : static_cast<std::size_t>(above - give.begin()) - 1;
+}
+
+std::array<double, 2> NeedleTrack::give_at(std::size_t stretch, double depth) const {
+  if (give.empty()) { return {0.0, 0.0}; }
+  const TrackGive& here = give[stretch];
+  if (stretch + 1 == give.size()) { return {here.compliance, 0.0}; }
+  const TrackGive& next = give[stretch + 1];
+  const double slope = (next.compliance - here.compliance) / (next.depth - here.depth);
+  return {here.compliance + slope * (depth - here.depth), slope};
 }
 
 std::array<double, 2> NeedleTrack::hats(std::size_t segment, double depth) const {
@@ -65,6 +82,7 @@ NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
   NeedleTrack track;
   if (scene.probe) {
     track.knots = {probe_knot(scene, network)};
+    track.give = give_of(scene, network);
     track.intervals = {{.begin = track.entry(),
                         .cutting_force = std::numeric_limits<double>::infinity(),
                         .label = "skin"}};
@@ -78,6 +96,7 @@ NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
   for (const TrackInterval& part : track.intervals) {
     if (part.role == TissueRole::bone) { track.bone = std::min(track.bone, part.begin); }
   }
+  track.give = give_of(scene, network);
   return track;
 }
 
@@ -86,6 +105,15 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double rounding = 1e-9;  ///< tolerance of a position, in units of the spacing
+
+std::vector<TrackGive> give_of(const Scene& scene, const SpringNetwork& network) {
+  const TipCompliance tip = NeedlePath(scene, network).tip_compliance(scene, network);
+  std::vector<TrackGive> give;
+  for (std::size_t n = 0; n < tip.value.size(); ++n) {
+    give.push_back({tip.depth[n], tip.value[n]});
+  }
+  return give;
+}
 
 struct Grid {
   int nx = 0;
@@ -116,26 +144,47 @@ std::optional<std::pair<int, double>> cell_of(double place, double first, double
   return std::pair{cell, std::clamp(steps - cell, 0.0, 1.0)};
 }
 
+/// Returns points of equal force of a rigid flat punch, 16 on each of 8 circles with equal parts of
+/// the force between them: within r it is F (1 - sqrt(1 - r^2 / radius^2)).
+std::vector<Eigen::Vector2d> points_of_force(double radius) {
+  std::vector<Eigen::Vector2d> points;
+  for (double part = 1.0 / 16.0; part < 1.0; part += 1.0 / 8.0) {
+    const double r = radius * std::sqrt(1.0 - (1.0 - part) * (1.0 - part));
+    for (int n = 1; n < 32; n += 2) {
+      points.emplace_back(r * std::cos(n * std::numbers::pi / 16.0),
+                          r * std::sin(n * std::numbers::pi / 16.0));
+    }
+  }
+  return points;
+}
+
 std::vector<TrackKnot> lattice_knots(const Needle& needle, const Grid& grid,
                                      const SpringNetwork& network) {
   const Vector3d n = needle.direction.normalized();
+  const std::vector<Eigen::Vector2d> points = points_of_force(0.5 * needle.diameter);
   std::vector<TrackKnot> knots;
   for (int l = 0; l < grid.nz; ++l) {
     const int corner = l * grid.nx * grid.ny;
     const Vector3d first = network.rest_position.col(corner);
     TrackKnot knot{.depth = first.z() / n.z()};
-    const auto x = cell_of(needle.entry.x() + knot.depth * n.x(), first.x(), grid.spacing, grid.nx);
-    const auto y = cell_of(needle.entry.y() + knot.depth * n.y(), first.y(), grid.spacing, grid.ny);
-    if (!x || !y) { continue; }
-    const int node = corner + y->first * grid.nx + x->first;
-    const auto add = [&](int index, double weight) {
-      if (weight > rounding) { knot.supports.push_back({index, weight}); }
-    };
-    add(node, (1.0 - x->second) * (1.0 - y->second));
-    add(node + 1, x->second * (1.0 - y->second));
-    add(node + grid.nx, (1.0 - x->second) * y->second);
-    add(node + grid.nx + 1, x->second * y->second);
-    knots.push_back(std::move(knot));
+    const Eigen::Vector2d axis = needle.entry + knot.depth * n.head<2>();
+    std::map<int, double> share;
+    for (const Eigen::Vector2d& point : points) {
+      const auto x = cell_of(axis.x() + point.x(), first.x(), grid.spacing, grid.nx);
+      const auto y = cell_of(axis.y() + point.y(), first.y(), grid.spacing, grid.ny);
+      if (!x || !y) { continue; }
+      const int node = corner + y->first * grid.nx + x->first;
+      share[node] += (1.0 - x->second) * (1.0 - y->second);
+      share[node + 1] += x->second * (1.0 - y->second);
+      share[node + grid.nx] += (1.0 - x->second) * y->second;
+      share[node + grid.nx + 1] += x->second * y->second;
+    }
+    double sum = 0.0;
+    for (const auto& [node, weight] : share) { sum += weight; }
+    for (const auto& [node, weight] : share) {
+      if (weight > rounding * sum) { knot.supports.push_back({node, weight / sum}); }
+    }
+    if (!knot.supports.empty()) { knots.push_back(std::move(knot)); }
   }
   return knots;
 }
@@ -207,10 +256,10 @@ double covered(const Probe& probe, double x0, double x1, double y0, double y1) {
 }
 
 /// Returns the contact points of a needle. A lattice has one at each intersection of the line with
-/// a plane of nodes across z, with bilinear weights. Any other network has one for each slab of
-/// R/2, from the first node on, that contains nodes nearer than R to the line; R is the median
-/// spring length and weights are proportional to 1 - r/R. Throws SolverError for a network without
-/// springs.
+/// a plane of nodes across z, with bilinear weights of a disc of the needle's diameter. Any other
+/// network has one for each slab of R/2, from the first node on, that contains nodes nearer than R
+/// to the line; R is the median spring length and weights are proportional to 1 - r/R. Throws
+/// SolverError for a network without springs.
 std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network) {
   if (const auto grid = grid_of(scene, network)) {
     return lattice_knots(*scene.needle, *grid, network);

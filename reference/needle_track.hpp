@@ -32,16 +32,35 @@ struct TrackInterval {
   std::string label{};  ///< of the layer, or of the material without a layer
 };
 
+/// Compliance c_s of the tissue between the tip and the contact point at a depth.
+struct TrackGive {
+  double depth = 0.0;       ///< xi [m]
+  double compliance = 0.0;  ///< [m/N]
+};
+
 struct NeedleTrack {
   Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< n
   std::vector<TrackKnot> knots{};            ///< ascending in depth; no node belongs to two of them
   std::vector<TrackInterval> intervals{};    ///< contiguous from the first contact point on
   double bone = std::numeric_limits<double>::infinity();  ///< depth xi at which bone begins [m]
+  /// c_s at ascending depths, linear between them and constant beyond; positive, or empty: the tip
+  /// sticks to the contact point itself.
+  std::vector<TrackGive> give{};
 
   [[nodiscard]] double entry() const { return knots.front().depth; }  ///< xi_0 [m]
   /// Returns the last contact point above or at `depth` [m], or 0.
   [[nodiscard]] std::size_t segment_at(double depth) const;
   [[nodiscard]] std::size_t interval_at(double depth) const;
+  /// Returns the last entry of `give` above or at `depth` [m], or 0.
+  [[nodiscard]] std::size_t stretch_at(double depth) const;
+  /// Returns the depth at which the stretch after an entry of `give` ends [m].
+  [[nodiscard]] double stretch_end(std::size_t stretch) const {
+    return stretch + 1 < give.size() ? give[stretch + 1].depth
+                                     : std::numeric_limits<double>::infinity();
+  }
+  /// Returns c_s at a depth and its slope [m/N, 1/N], extended linearly from a stretch; 0 without
+  /// `give`.
+  [[nodiscard]] std::array<double, 2> give_at(std::size_t stretch, double depth) const;
   /// Returns the hat functions of contact points `segment` and `segment + 1` at a depth [1]; the
   /// second is 0 beyond the last contact point.
   [[nodiscard]] std::array<double, 2> hats(std::size_t segment, double depth) const;
@@ -51,8 +70,8 @@ struct NeedleTrack {
                                                 double depth) const;
 };
 
-/// Returns the track of the scene's needle or probe. Throws SolverError if there is neither, or no
-/// node beneath it.
+/// Returns the track of the scene's needle or probe. c_s is taken from the model: it is input of
+/// the equation of motion. Throws SolverError if there is neither, or no node beneath it.
 NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network);
 
 }  // namespace palpate::reference

@@ -3,6 +3,7 @@
 #include "reference/quasi_static_insertion.hpp"
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -60,6 +61,20 @@ class StaticTissue {
     }
     return kept.dot(factors_.solve(kept));
   }
+  /// Returns the compliance of the tissue and of the contact at a depth together, c + c_s [m/N].
+  [[nodiscard]] double compliance_to_tip(double depth) const {
+    return compliance(depth) + track_.give_at(track_.stretch_at(depth), depth)[0];
+  }
+  /// Returns the furthest position of a tip that cuts from one depth to another with `force` [m]:
+  /// it passes at once what lies behind a position that it has reached.
+  [[nodiscard]] double furthest(double from, double to, double force) const {
+    double place = to + force * compliance_to_tip(to);
+    for (const TrackGive& give : track_.give) {
+      if (give.depth <= from || give.depth >= to) { continue; }
+      place = std::max(place, give.depth + force * compliance_to_tip(give.depth));
+    }
+    return place;
+  }
 
  private:
   NeedleTrack track_;
@@ -84,8 +99,8 @@ std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const Spring
   std::vector<ForceDepthVertex> curve{{place, force}};
   for (const TrackInterval& part : track.intervals) {
     if (part.cutting_force > force) {
-      const double compliance = tissue.compliance(depth);
-      place = depth + (compliance > 0.0 ? compliance * part.cutting_force : 0.0);
+      const double compliance = tissue.compliance_to_tip(depth);
+      place = std::max(place, depth + (compliance > 0.0 ? compliance * part.cutting_force : 0.0));
       if (place > end) {
         curve.push_back({end, (end - depth) / compliance});
         return curve;
@@ -96,13 +111,12 @@ std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const Spring
     force = part.cutting_force;
     if (!std::isfinite(part.end)) { break; }
     depth = part.end;
-    const double compliance = tissue.compliance(depth);
-    const double there = depth + compliance * force;
-    if (there >= end) { break; }
-    if (there < place) {  // the tip passes the whole layer at once
+    const double compliance = tissue.compliance_to_tip(depth);
+    place = std::max(place, tissue.furthest(part.begin, depth, force));
+    if (place >= end) { break; }
+    if (depth + compliance * force < place) {  // the tip passes the end of the layer at once
       force = (place - depth) / compliance;
     }
-    place = std::max(place, there);
     curve.push_back({place, force});
   }
   curve.push_back({end, force});

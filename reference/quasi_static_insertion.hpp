@@ -10,8 +10,9 @@
 namespace palpate::reference {
 
 /// Returns the indentation of the tip per force, c = w.K^-1 w [m/N], with w the contact point
-/// weights at a depth xi [m] times n. The value is 0 if only fixed nodes support the tip. Throws
-/// SolverError if the tissue can move freely or the scene has no tool.
+/// weights at a depth xi [m] times n, without that of the contact. The value is 0 if only fixed
+/// nodes support the tip. Throws SolverError if the tissue can move freely or the scene has no
+/// tool.
 double static_compliance(const Scene& scene, const SpringNetwork& network, double depth);
 
 struct ForceDepthVertex {
@@ -20,8 +21,8 @@ struct ForceDepthVertex {
 };
 
 /// Returns the force-depth curve from the skin to the position `end` [m]. The tip sticks with slope
-/// 1 / c(d), cuts at F_c, sticks at a layer of higher resistance, and drops to F_c at once (a
-/// vertical line) at one of lower resistance. Throws as static_compliance() does.
+/// 1 / (c(d) + c_s(d)), cuts at F_c, sticks at a layer of higher resistance, and drops to F_c at
+/// once (a vertical line) at one of lower resistance. Throws as static_compliance() does.
 std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const SpringNetwork& network,
                                                 double end);
 

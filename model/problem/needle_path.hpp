@@ -40,15 +40,16 @@ struct NodeGrid;  // tissue_grid.hpp
 /// Axial compliance between a tool and the tissue around its tip that the grid lacks, because its
 /// cells are not small against the tool (model/EQUATIONS.md, "Contact of a size").
 struct TipCompliance {
-  std::vector<double> depth{};  ///< ascending, with the borders of all layers [m]
-  std::vector<double> value{};  ///< one per depth, linear in between [m/N]; empty: none
+  /// Ascending depths of the values [m], borders of layers among them: c_s has a sharp bend there.
+  std::vector<double> depth{};
+  std::vector<double> value{};  ///< [m/N]; linear between depths, constant beyond; empty: none
   double continuum = 0.0;       ///< compliance of the layered continuum at the skin [m/N]
   double grid = 0.0;            ///< compliance of the unbounded grid there [m/N]
   /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
   double excess = 0.0;
-  [[nodiscard]] double at(double at) const noexcept;
-  /// Returns the first depth of the table beyond `from`, or infinity.
-  [[nodiscard]] double next(double from) const noexcept;
+  [[nodiscard]] double at(double place) const noexcept;
+  /// Returns the next depth of the table beyond `place`; infinite beyond the last [m].
+  [[nodiscard]] double next(double place) const noexcept;
 };
 
 /// Contact points of a tool and the materials along it. The path of a probe has one contact point.
@@ -84,8 +85,9 @@ class NeedlePath {
   /// Returns the depth at which bone begins [m]; infinite without bone.
   [[nodiscard]] double bone() const { return bone_; }
 
-  /// Computes the compliance that the grid lacks; empty for a bare network, whose material is
-  /// unknown.
+  /// Computes the compliance that the grid lacks. Empty for a bare network, whose material is
+  /// unknown, and if the grid is as stiff as the continuum to 1 %. Otherwise no value is below 1 %
+  /// of the continuum's compliance at the skin, so that the tip is nowhere rigid.
   [[nodiscard]] TipCompliance tip_compliance(const Scene& scene,
                                              const SpringNetwork& network) const;
   [[nodiscard]] Place place(double depth) const noexcept;

@@ -276,7 +276,7 @@ void warn_of_collapse(const NeedlePath& path, double spacing, StepPlan& plan) {
 }
 
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool
-/// on the nodes of its contact points. Grids as stiff as the continuum to 1 % are left as they are.
+/// on the nodes of its contact points.
 void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const NeedlePath path(scene, problem.network());
   plan.tip = path.tip_compliance(scene, problem.network());
@@ -288,20 +288,12 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     plan.warnings.push_back("the grid is softer under the tool than the continuum, by up to " +
                             number(100.0 * tip.excess) + " %, which is not corrected");
   }
-  const double most = tip.value.empty() ? 0.0 : std::ranges::max(tip.value);
-  if (!(most > 0.01 * tip.continuum)) {
+  if (plan.tip.value.empty()) {
     plan.skipped.emplace_back(
         "compliance of the contact: the grid resolves the tool, or its "
         "material is unknown");
-    tip.value.clear();
     return;
   }
-  double least = std::numeric_limits<double>::infinity();
-  for (const double value : tip.value) {
-    if (value > 0.0) { least = std::min(least, value); }
-  }
-  least = std::max(least, 0.01 * tip.continuum);
-  for (double& value : tip.value) { value = std::max(value, least); }
   double mobility = 0.0;
   for (const NeedlePath::Knot& knot : path.knots()) {
     double own = 0.0;
@@ -311,7 +303,7 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     }
     mobility = std::max(mobility, own);
   }
-  const double square = mobility / least;
+  const double square = mobility / std::ranges::min(plan.tip.value);
   plan.bounds.omega_upper = std::hypot(plan.bounds.omega_upper, std::sqrt(square));
 }
 

@@ -324,8 +324,9 @@ template <class Real> class ToolContact : public ToolState {
       match_positions(state);
       match_velocities(state);
     }
-    const double pressed = in_tissue() ? 0.5 * softness_ * tip_force_ * tip_force_ : 0.0;
-    if (tip_ != TipMode::stuck) { losses_.cutting += pressed_ - pressed; }
+    // What the tip gives to the tissue at d and does not store there is lost in cutting.
+    const double pressed = 0.5 * softness_ * pressing_force() * pressing_force();
+    losses_.cutting += pressed_ - pressed;
     pressed_ = pressed;
     dissipated_power_begin_ = dissipated_power();
     depth_rate_ = depth_rate();
@@ -441,20 +442,34 @@ template <class Real> class ToolContact : public ToolState {
     double rest = missing(low);
     if (!(rest > 0.0)) { return rest < 0.0 ? low + rest : low; }
     const double border = path_.intervals()[path_.interval_at(cut_)].end;
-    const double last = std::min(border, compliance_.depth.back());
-    while (low < last) {
-      const double high = std::min(compliance_.next(low), last);
+    while (low < border) {
+      const double high = std::min(border, end_of_piece(low));
+      if (std::isinf(high)) { return low + rest; }
       const double next = missing(high);
       if (!(next > 0.0)) { return low + (high - low) * rest / (rest - next); }
       low = high;
       rest = next;
     }
-    return last == border ? border : std::max(low, depth_at(place_ - compliance_.at(low) * force));
+    return border;
+  }
+  /// Returns the end of the piece of the path from `depth` on in which U and c_s are linear [m].
+  [[nodiscard]] double end_of_piece(double depth) const noexcept {
+    double end = std::numeric_limits<double>::infinity();
+    const std::size_t next = path_.place(depth).knot + 1;
+    if (next < knots_.size()) { end = knots_[next].depth; }
+    return std::min(end, compliance_.next(depth));
   }
   /// Returns the distance by which a sticking tip presses the tissue that the grid does not resolve
   /// [m].
   [[nodiscard]] double gap() const noexcept {
     return place_ - cut_ - between_knots(at_, &Knot::displacement);
+  }
+  /// Returns T at the present positions [N]; zero for a sticking tip without compliance, which does
+  /// no work relative to the tissue.
+  [[nodiscard]] double pressing_force() const noexcept {
+    if (tip_ == TipMode::cutting) { return cutting_force(); }
+    if (tip_ != TipMode::stuck || softness_ == 0.0) { return 0.0; }
+    return std::clamp(gap() / softness_, 0.0, cutting_force());
   }
   /// Compliance of that tissue in an implicit step, as a mobility [1/kg].
   [[nodiscard]] double step_softness() const noexcept {
@@ -530,7 +545,7 @@ template <class Real> class ToolContact : public ToolState {
   }
   [[nodiscard]] bool may_hold_shaft() const noexcept {
     if (!(limit_ > 0.0 && contact_.shaft_shaft > 0.0)) { return false; }
-    if (tip_ != TipMode::stuck) { return true; }
+    if (tip_ != TipMode::stuck || (softness_ > 0.0 && !predict_)) { return true; }
     const double product = contact_.tip_tip * contact_.shaft_shaft;
     return product - contact_.tip_shaft * contact_.tip_shaft > independent * product;
   }
@@ -682,7 +697,11 @@ template <class Real> class ToolContact : public ToolState {
     if (!moves || at_.knot + 1 >= knots_.size()) { return 0.0; }
     const Knot& low = knots_[at_.knot];
     const Knot& high = knots_[at_.knot + 1];
-    const double stretch = 1.0 + (high.displacement - low.displacement) / (high.depth - low.depth);
+    double stretch = 1.0 + (high.displacement - low.displacement) / (high.depth - low.depth);
+    const double ahead = compliance_.next(depth_);
+    if (tip_ == TipMode::cutting && std::isfinite(ahead)) {
+      stretch += cutting_force() * (compliance_.at(ahead) - softness_) / (ahead - depth_);
+    }
     return stretch > 0.0 ? (velocity_ - velocity_at(at_)) / stretch : 0.0;
   }
   void change_tip(double t) noexcept {
@@ -731,6 +750,7 @@ template <class Real> class ToolContact : public ToolState {
     if (tip_force_ > 0.0 || (cutting_force() == 0.0 && velocity_ > velocity_at(at_))) {
       tip_ = TipMode::cutting;
       enter(path_.interval_at(cut_), t);
+      if (softness_ > 0.0) { change_cutting(depth_of_tip(), t); }
     } else {
       tip_ = cut_ > knots_.front().depth ? TipMode::in_track : TipMode::outside;
     }
@@ -755,6 +775,8 @@ template <class Real> class ToolContact : public ToolState {
       if (after > before + 1) { enter(after - 1, t); }
     } else {
       enter(after, t);
+      // Less resistance: the tip sinks in at once.
+      if (softness_ > 0.0) { change_cutting(depth_of_tip(), t); }
     }
   }
   void leave(double t) noexcept {
@@ -877,11 +899,11 @@ template <class Real> class ToolContact : public ToolState {
       entered_ = true;
     }
   }
-  /// Dissipated power of cutting and friction [W].
+  /// Power of the tip relative to the tissue, of which the pressed tissue stores a part, and
+  /// dissipated power of friction [W].
   [[nodiscard]] Eigen::Vector2d dissipated_power() const noexcept {
     const double slip = slip_now();
-    const double cut = cutting_force() * (velocity_ - velocity_at(at_));
-    return {tip_ == TipMode::cutting ? cut : 0.0,
+    return {pressing_force() * (velocity_ - velocity_at(at_)),
             shaft_ == ShaftMode::stick ? 0.0 : limit_ * std::abs(slip)};
   }
   /// Cutting force F_c at the tip; its interval changes only between steps.

@@ -415,20 +415,47 @@ Column column_of(const NeedlePath& path, const SpringNetwork& network, const Nod
 
 }  // namespace
 
-double TipCompliance::at(double at) const noexcept {
+double TipCompliance::at(double place) const noexcept {
   if (value.empty()) { return 0.0; }
-  const auto above = std::ranges::upper_bound(depth, at);
-  if (above == depth.begin()) { return value.front(); }
-  if (above == depth.end()) { return value.back(); }
-  const auto high = static_cast<std::size_t>(above - depth.begin());
-  const double share = (at - depth[high - 1]) / (depth[high] - depth[high - 1]);
+  const auto high =
+      static_cast<std::size_t>(std::ranges::upper_bound(depth, place) - depth.begin());
+  if (high == 0) { return value.front(); }
+  if (high == value.size()) { return value.back(); }
+  const double share = (place - depth[high - 1]) / (depth[high] - depth[high - 1]);
   return value[high - 1] + share * (value[high] - value[high - 1]);
 }
 
-double TipCompliance::next(double from) const noexcept {
-  const auto above = std::ranges::upper_bound(depth, from);
-  return above == depth.end() ? std::numeric_limits<double>::infinity() : *above;
+double TipCompliance::next(double place) const noexcept {
+  const auto high = std::ranges::upper_bound(depth, place);
+  return high == depth.end() ? std::numeric_limits<double>::infinity() : *high;
 }
+
+namespace {
+
+/// Returns the depths at which the compliance is computed, from the first plane to the base [m]:
+/// eight per radius or cell, the planes of nodes and the borders of layers, where it bends.
+std::vector<double> depths_of(const NeedlePath& path, const std::vector<double>& planes,
+                              double step) {
+  const double first = planes.front();
+  if (path.knots().size() == 1) { return {first}; }
+  constexpr double most_values = 800.0;
+  const double length = planes.back() - first;
+  const double count = std::ceil(std::min(length / step, most_values));
+  std::vector<double> all = planes;
+  for (double n = 1.0; n < count; n += 1.0) { all.push_back(first + n * length / count); }
+  for (const PathInterval& interval : path.intervals()) {
+    if (interval.begin > first && interval.begin < planes.back()) { all.push_back(interval.begin); }
+  }
+  std::ranges::sort(all);
+  std::vector<double> depths;
+  const double same = 1e-9 * length;
+  for (const double depth : all) {
+    if (depths.empty() || depth > depths.back() + same) { depths.push_back(depth); }
+  }
+  return depths;
+}
+
+}  // namespace
 
 TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork& network) const {
   const std::optional<NodeGrid> grid = tissue_grid(scene);
@@ -436,31 +463,11 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   const Column column = column_of(*this, network, *grid);
   if (column.layers.empty() || column.supports.empty()) { return {}; }
   const double radius = scene.needle ? 0.5 * scene.needle->diameter : scene.probe->radius();
-  TipCompliance tip;
-  const double first = column.planes.front();
-  std::vector<double>& depths = tip.depth;
-  depths.push_back(first);
-  if (knots_.size() > 1) {
-    constexpr double most_values = 800.0;
-    const double length = column.planes.back() - first;
-    const auto count = static_cast<std::size_t>(
-        std::ceil(std::min(8.0 * length / std::min(radius, grid->spacing.z()), most_values)));
-    for (std::size_t n = 1; n <= count; ++n) {
-      depths.push_back(first + length * static_cast<double>(n) / static_cast<double>(count));
-    }
-    for (const PathInterval& interval : intervals_) {
-      if (interval.begin > first && interval.begin < depths.back()) {
-        depths.push_back(interval.begin);
-      }
-    }
-    std::ranges::sort(depths);
-    // Distances below a micrometre would make the table's slopes rounding errors.
-    const auto twins =
-        std::ranges::unique(depths, [](double one, double other) { return other - one < 1e-6; });
-    depths.erase(twins.begin(), twins.end());
-  }
+  TipCompliance tip{.depth =
+                        depths_of(*this, column.planes, std::min(radius, grid->spacing.z()) / 8.0)};
+  const std::vector<double>& depths = tip.depth;
   std::vector<double> below;  // the first plane, along the tool
-  for (const double depth : depths) { below.push_back((depth - first) * direction_.z()); }
+  for (const double depth : depths) { below.push_back((depth - depths[0]) * direction_.z()); }
   const std::vector<double> continuum = continuum_compliance(column.layers, radius, below);
   const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
   std::size_t plane = 0;
@@ -478,6 +485,18 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
     tip.value.push_back(std::max(continuum[n] - of_grid, 0.0));
     if (continuum[n] > 0.0) { tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0); }
   }
+  const double negligible = 0.01 * tip.continuum;
+  if (!(std::ranges::max(tip.value) > negligible)) {
+    tip.depth.clear();
+    tip.value.clear();
+    return tip;
+  }
+  double least = std::numeric_limits<double>::infinity();
+  for (const double value : tip.value) {
+    if (value > 0.0) { least = std::min(least, value); }
+  }
+  least = std::max(least, negligible);
+  for (double& value : tip.value) { value = std::max(value, least); }
   return tip;
 }
 

@@ -227,6 +227,22 @@ TEST("shares of friction are the integrals of f times the hat functions") {
   }
 }
 
+TEST("a needle loads the nodes around a node by the mean of bilinear weights over a punch") {
+  Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
+  scene.needle->diameter = 0.003;
+  // Mean of |x| and |x y| under p ~ 1 / sqrt(a^2 - r^2): a / 2 and 2 a^2 / (3 pi).
+  const double side = 0.5 * 0.0015 / 0.005;
+  const double corner = 2.0 / (3.0 * 3.14159265358979) * 0.09;
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(25);
+  for (const int i : {6, 8, 16, 18}) { expected(i) = 0.25 * corner; }
+  for (const int i : {7, 11, 13, 17}) { expected(i) = 0.5 * (side - corner); }
+  expected(12) = 1.0 - 2.0 * side + corner;
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(25);
+  const NeedleTrack track = track_of(scene);
+  for (const TrackSupport& s : track.knots.front().supports) { weight(s.node) = s.weight; }
+  CHECK_NEAR(weight, expected, 4e-3);  // norm; 128 points err by 1 % of the mean |x|
+}
+
 TEST("a round probe loads nodes by the area of its footprint in their cells") {
   Scene scene = sample::block_scene(5, {{0.02, 0.1, 1.0}}, {});
   scene.needle.reset();
@@ -459,20 +475,54 @@ Eigen::VectorXd needle_force(const Scene& scene, const sample::Row& before, cons
   return problem.mass().cwiseProduct(acceleration) - f;
 }
 
-TEST("the needle's forces on the nodes sum to F_r and act at its contact points") {
+TEST("the needle's forces on the nodes sum to F_r and act at its contact points by their weights") {
   const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
+  const NeedleTrack track = track_of(scene);
   for (const double at : {0.05, 0.2, 0.7, 0.83, 1.2}) {
     const Trace run =
         solve_insertion(scene, build_network(scene), {0.0, at - 1e-5, at, at + 1e-5}, tight);
     const Eigen::VectorXd force = needle_force(scene, {&run, 1}, {&run, 2}, {&run, 3});
     double along = 0.0;
-    for (Eigen::Index i = 0; i < force.size() / 3; ++i) {
-      const bool on_line = i % 25 == 12;
-      along += on_line ? force(3 * i + 2) : 0.0;
-      if (!on_line) { CHECK_NEAR(force.segment<3>(3 * i).norm(), 0.0, 1e-6); }
+    for (const TrackKnot& knot : track.knots) {
+      const Eigen::Index first = knot.supports.front().node / 25 * 25;
+      if (3 * first >= force.size()) { continue; }  // the fixed plane
+      const double sum = force(Eigen::seqN(3 * first + 2, 25, 3)).sum();
+      Eigen::VectorXd expected = Eigen::VectorXd::Zero(75);
+      for (const TrackSupport& s : knot.supports) {
+        expected(3 * (s.node - first) + 2) = s.weight * sum;
+      }
+      CHECK_NEAR(force.segment(3 * first, 75).eval(), expected, 1e-6);
+      along += sum;
     }
     CHECK_NEAR(along, run.at("tool.force_n", 2), 1e-6);  // h^2 / 6 of the third derivative of v
   }
+}
+
+TEST("the tip is ahead of the contact point by c_s T while it sticks and while it cuts") {
+  const Scene scene = sample::block_scene(5, sample::two_layers, {.speed = 0.02});
+  const NeedleTrack track = track_of(scene);
+  REQUIRE(!track.give.empty());
+  const Trace run = sample::solve(scene, 1.2, 60);
+  const SpringNetwork network = build_network(scene);
+  int compared = 0;
+  for (const sample::Row& now : sample::rows(run)) {
+    const double force = now("tool.cutting_n") + now("tool.stiffness_n");
+    if (force <= 0.0) { continue; }
+    const double depth = now("tool.tip_depth_m");
+    const std::size_t knot = track.segment_at(depth);
+    const auto hats = track.hats(knot, depth);
+    double place = depth + track.give_at(track.stretch_at(depth), depth)[0] * force;
+    for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
+      for (const TrackSupport& s : track.knots[knot + n].supports) {
+        if (3 * s.node >= now.position().size()) { continue; }  // fixed
+        place += hats[n] * s.weight *
+                 (now.position()(3 * s.node + 2) - network.rest_position(2, s.node));
+      }
+    }
+    CHECK_NEAR(now("tool.insertion_m"), place, 1e-15);
+    ++compared;
+  }
+  CHECK(compared > 40);
 }
 
 TEST("passed contact points do not move across an oblique needle") {
@@ -482,14 +532,11 @@ TEST("passed contact points do not move across an oblique needle") {
   InsertionChecks checks;
   const Trace run = sample::solve(scene, 1.4, 70, 1e-9, {}, &checks);
   const Eigen::Vector3d n = scene.needle->direction.normalized();
+  const NeedleTrack track = track_of(scene);
   const auto mean_of = [&](const sample::Row& now, int plane) {
-    const double x = (0.0012 + plane * 0.005 * n.x() / n.z() + 0.01) / 0.005;
-    const double y = (0.0007 + plane * 0.005 * n.y() / n.z() + 0.01) / 0.005;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (int i = 0; i < 25; ++i) {  // bilinear weights
-      const double w =
-          std::max(0.0, 1.0 - std::abs(x - i % 5)) * std::max(0.0, 1.0 - std::abs(y - i / 5));
-      mean += w * now.position().segment<3>(3 * (25 * plane + i));
+    for (const TrackSupport& s : track.knots[static_cast<std::size_t>(plane)].supports) {
+      mean += s.weight * now.position().segment<3>(3 * s.node);
     }
     return mean;
   };

@@ -161,8 +161,11 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
         depth = held.run.find("tool.depth_m")->values[tick];
         arrived += 1.0;
       }
+      // The tip cuts through the border while it presses the flavum with 1.2 N. The border yields
+      // like a half-space under a flat punch: F (1 - nu^2) / (2 E a).
       const double border = 0.0144 + group.fat;
-      worst.add(std::abs(depth - border));
+      const double dent = 1.2 * (1.0 - 0.25 * 0.25) / (500e3 * Needle{}.diameter);
+      worst.add(std::abs(depth - border - dent));
       table.rows.push_back({std::string(group.name),
                             std::string(continuous ? "continuous" : "intermittent"), 1e3 * depth,
                             1e3 * held.facts.overshoot, held.facts.largest_requested,
@@ -182,7 +185,10 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
                          "the hand's intent lies far beyond the epidural space");
   outcome.judge_at_most(
       "largest_error_of_its_depth", worst.value(), 5e-4,
-      "theory: dent of the border, 1.2 N over modulus times spacing, 500 kPa x 5 mm", "m");
+      "theory: border and its dent under a punch of the needle's size; the grid's part of the "
+      "dent, "
+      "1.2 N over modulus times spacing, 500 kPa x 5 mm, differs for layers, sides and friction",
+      "m");
   outcome.tables.push_back(std::move(table));
   outcome.figures.push_back(std::move(figure));
 }

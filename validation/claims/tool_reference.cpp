@@ -234,7 +234,9 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
   for (const auto& [name, order] : {std::pair{"velocity-verlet", 2.0}, {"rk4", 4.0}}) {
     std::vector<double> steps, errors;
     scene.simulation.integrator = name;
-    for (const int substeps : {25, 35, 50, 70, 100, 140}) {
+    // Without an impact at the contact the errors are small: finer steps err less than the
+    // reference.
+    for (const int substeps : {16, 20, 25, 32, 40, 50}) {
       scene.simulation.substeps = substeps;
       const auto [run, tool] = insert(context, scene);
       Largest error;
