@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "reports/html/html_page.hpp"
-#include "reports/results/results.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/gate/change.hpp"
 

@@ -7,10 +7,8 @@
 #include <cmath>
 
 #include "fixtures/io/file_bytes.hpp"
-#include "fixtures/io/hdf5_file.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/results/results.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/number_text.hpp"
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -13,9 +12,7 @@
 
 #include "html_templates.hpp"
 
-#include "model/problem/input_error.hpp"
 #include "reports/html/html_template.hpp"
-#include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "validation/number_text.hpp"
 
