@@ -35,10 +35,15 @@ Series curve(std::string label, std::vector<double> x, std::vector<double> y, Se
   return {.label = std::move(label), .style = style, .x = std::move(x), .y = std::move(y)};
 }
 
+Series& Figure::add(std::string label, std::vector<double> at, std::vector<double> value,
+                    Series::Style style) {
+  return series.emplace_back(curve(std::move(label), std::move(at), std::move(value), style));
+}
+
 Axis logarithmic(std::string label) { return {.label = std::move(label), .logarithmic = true}; }
 
 Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
-            std::vector<Series> series) {
+            std::deque<Series> series) {
   return {std::move(id), std::move(title), std::move(caption),
           std::move(x),  std::move(y),     std::move(series)};
 }
@@ -46,6 +51,17 @@ Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis
 Table make_table(std::string id, std::string title, std::string caption,
                  std::vector<std::string> columns, std::vector<std::vector<Cell>> rows) {
   return {std::move(id), std::move(title), std::move(caption), std::move(columns), std::move(rows)};
+}
+
+Table& Outcome::table(std::string id, std::string title, std::string caption,
+                      std::vector<std::string> columns) {
+  return tables.emplace_back(
+      make_table(std::move(id), std::move(title), std::move(caption), std::move(columns)));
+}
+
+Figure& Outcome::plot(std::string id, std::string title, std::string caption, Axis x, Axis y) {
+  return figures.emplace_back(palpate::plot(std::move(id), std::move(title), std::move(caption),
+                                            std::move(x), std::move(y)));
 }
 
 void Outcome::judge_between(std::string what, double value, double lower, double upper,

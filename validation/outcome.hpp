@@ -5,6 +5,7 @@
 /// that were judged, a status and its reasons, with tables and figures as plain data.
 
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <optional>
 #include <string>
@@ -127,15 +128,22 @@ struct Figure {
   std::string caption{};  ///< one sentence that says what the figure shows
   Axis x{};
   Axis y{};
-  std::vector<Series> series{};
+  std::deque<Series> series{};
   std::optional<HeatMap> heat_map{};
   std::vector<Zone> zones{};  ///< neighbours in alternating tints
   std::vector<Mark> marks{};
   bool square = false;  ///< equal scales on both axes
   bool timing = false;  ///< shows run times, which differ from run to run
+
+  /// Adds a curve. References to curves stay valid when further ones are added.
+  Series& add(std::string label, Series::Style style = Series::Style::line) {
+    return series.emplace_back(Series{.label = std::move(label), .style = style});
+  }
+  Series& add(std::string label, std::vector<double> at, std::vector<double> value,
+              Series::Style style = Series::Style::line);
 };
 Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
-            std::vector<Series> series = {});
+            std::deque<Series> series = {});
 
 using Cell = std::variant<std::string, double>;
 
@@ -165,11 +173,16 @@ struct Outcome {
   std::vector<std::string> reasons{};  ///< why it is not a pass, worst first; explains a pass
   double seconds = 0.0;
   std::vector<Quantity> quantities{};
-  std::vector<Table> tables{};
-  std::vector<Figure> figures{};
+  std::deque<Table> tables{};
+  std::deque<Figure> figures{};
   std::vector<Timing> timings{};
   std::vector<std::string> notes{};
 
+  /// Adds a table without rows. References to tables stay valid when further ones are added.
+  Table& table(std::string id, std::string title, std::string caption,
+               std::vector<std::string> columns);
+  /// Adds a figure without curves. References to figures stay valid as well.
+  Figure& plot(std::string id, std::string title, std::string caption, Axis x, Axis y);
   void judge(Quantity quantity) { quantities.push_back(std::move(quantity)); }
   // Judge a value; `from` says where the bound comes from.
   void judge_at_least(std::string what, double value, double lower, std::string from,

@@ -633,7 +633,7 @@ using Style = Series::Style;
 bool is_marked(Style style) { return style == Style::points || style == Style::line_and_points; }
 
 /// Returns true if points and dashed lines alternate in the whole figure.
-bool comes_in_pairs(const std::vector<Series>& series) {
+bool comes_in_pairs(const std::deque<Series>& series) {
   if (series.size() < 2 || series.size() % 2 != 0) { return false; }
   for (std::size_t n = 0; n < series.size(); n += 2) {
     if (!is_marked(series[n].style) || series[n + 1].style != Style::dashed) { return false; }

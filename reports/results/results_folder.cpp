@@ -215,12 +215,12 @@ void read_figure_data(const std::filesystem::path& traces, Outcome& outcome) {
 }
 
 void write_figures(io::Hdf5File& file, const std::string& above,
-                   const std::vector<Figure>& figures) {
+                   const std::deque<Figure>& figures) {
   for (const Figure& figure : figures) { write_figure(file, above, figure); }
 }
 
 void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
-                  const std::string& above, std::vector<Figure>& figures) {
+                  const std::string& above, std::deque<Figure>& figures) {
   for (Figure& figure : figures) { read_figure(file, path, above, figure); }
 }
 

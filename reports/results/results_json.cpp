@@ -187,8 +187,8 @@ Timing timing_from(const Json& json) {
   return {json.at("name"), number_from_json(json.at("value")), json.at("unit")};
 }
 
-template <class Item, class Convert>
-void read_list(const Json& list, std::vector<Item>& items, const Convert& convert) {
+template <class Items, class Convert>
+void read_list(const Json& list, Items& items, const Convert& convert) {
   for (const Json& each : list) { items.push_back(convert(each)); }
 }
 

@@ -217,15 +217,15 @@ void measure_far_field(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> needle_cases() {
-  return {{"bench/stiff-needle", "timing",
-           "A needle in ligament of 15 MPa on 1000 nodes takes at most a quarter of every tick of "
-           "1 ms, with the force within 1 % of its peak.",
-           measure_needle, 30.0},
-          {"bench/far-field", "timing",
-           "A needle in ligament of 15 MPa among 50 410 nodes takes less than every tick of 1 ms, "
-           "with the force within 2 % of its peak: what lies further than 10 mm away is left with "
-           "40 modes.",
-           measure_far_field, 600.0}};
+  return {
+      {"bench/stiff-needle", "timing",
+       "A needle in ligament of 15 MPa on 1000 nodes takes at most a quarter of every tick of 1 "
+       "ms, with the force within 1 % of its peak.",
+       measure_needle, 30.0},
+      {"bench/far-field", "timing",
+       "A needle in ligament of 15 MPa among 50 410 nodes takes less than every tick of 1 ms, with "
+       "the force within 2 % of its peak: what lies further than 10 mm away is left with 40 modes.",
+       measure_far_field, 600.0}};
 }
 
 }  // namespace palpate::bench

@@ -348,23 +348,24 @@ std::vector<Case> precision_cases() {
                         void (*measure)(const CaseContext&, Outcome&)) {
     return Case{"bench/precision/" + scene, "timing", claim, measure, 60.0};
   };
-  return {named("oscillator",
-                "On one spring, nothing in double is both quicker and nearer than what \"auto\" "
-                "chooses.",
-                measure_oscillator),
-          named("cube",
-                "The pulled cube of 1000 nodes is computed to a thousandth of its peak at a small "
-                "part of what the best solver of another library takes for it, and \"auto\" is on "
-                "the frontier.",
-                measure_cube),
-          named("needle",
-                "Of seven layers under a needle, nothing in double is both quicker and nearer than "
-                "what \"auto\" chooses.",
-                measure_needle),
-          named("ligament",
-                "Of a stiff ligament, nothing in double is both quicker and nearer than what "
-                "\"auto\" chooses.",
-                measure_ligament)};
+  return {
+      named(
+          "oscillator",
+          "On one spring, nothing in double is both quicker and nearer than what \"auto\" chooses.",
+          measure_oscillator),
+      named("cube",
+            "The pulled cube of 1000 nodes is computed to a thousandth of its peak at a small part "
+            "of what the best solver of another library takes for it, and \"auto\" is on the "
+            "frontier.",
+            measure_cube),
+      named("needle",
+            "Of seven layers under a needle, nothing in double is both quicker and nearer than "
+            "what \"auto\" chooses.",
+            measure_needle),
+      named("ligament",
+            "Of a stiff ligament, nothing in double is both quicker and nearer than what \"auto\" "
+            "chooses.",
+            measure_ligament)};
 }
 
 std::vector<Case> frontier_cases() {

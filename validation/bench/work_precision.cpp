@@ -373,8 +373,7 @@ std::string words_on_far_field(const Study& study) {
   if (!(study.reduction.near_radius > 0.0)) { return ""; }
   return formatted(
       " With a far field, what lies further than %g mm from what is pushed is linear about rest, "
-      "in "
-      "%d modes.",
+      "in %d modes.",
       1e3 * study.reduction.near_radius, study.reduction.far_modes);
 }
 

@@ -96,7 +96,7 @@ Figure figure_of(const std::vector<double>& time, const std::vector<double>& rec
                        "Recorded with noise of 1 mmHg; each copy has one fault.", {"time (s)"},
                        {"pressure (mmHg)"});
   const auto add = [&](const std::string& label, const std::vector<double>& pressure) {
-    figure.series.push_back(curve(label, time, scaled(pressure, 1.0 / pascals_per_mmhg, 0.0)));
+    figure.add(label, time, scaled(pressure, 1.0 / pascals_per_mmhg, 0.0));
   };
   add("recorded", recorded);
   for (const Trial& trial : faults_of_the_event(time)) {
@@ -111,11 +111,11 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
   device::Seeded seeded(20);
   add_noise(noisy, pascals_per_mmhg, seeded);
   const Recording recording = recording_of(time, noisy);
-  Table table =
-      make_table("verdicts", "One fault at a time",
-                 "Ratings follow the trace, the verdict follows features. Noise of 1 mmHg.",
-                 {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO rating", "lag (s)",
-                  "verdict", "first reason"});
+  Table& table =
+      outcome.table("verdicts", "One fault at a time",
+                    "Ratings follow the trace, the verdict follows features. Noise of 1 mmHg.",
+                    {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO rating",
+                     "lag (s)", "verdict", "first reason"});
   for (Trial& trial : trials(time)) {
     damage(context, trial.simulated);
     const Comparison found = compare(recording, trace_of(time, trial.simulated), trial.options);
@@ -131,7 +131,6 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
     outcome.judge_equal("right_verdict: " + trial.name, right ? 1.0 : 0.0, 1.0, trial.why);
   }
   outcome.figures.push_back(figure_of(time, noisy));
-  outcome.tables.push_back(std::move(table));
 }
 
 /// Faults that a limit on a rating would not detect.

@@ -130,10 +130,11 @@ void measure_fault_table(const CaseContext& context, Outcome& outcome) {
   std::vector<double> time = instants(10.0, 100.0);
   time.pop_back();  // 1000 samples
   const std::vector<double> recorded = pressures({}, time);
-  Table table = make_table("faults", "What each measure makes of a fault",
-                           "Ramp 20 to 60 mmHg, fall to 8 mmHg at 6 s, 10 s at 100 Hz.",
-                           {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO corridor",
-                            "ISO phase", "ISO magnitude", "ISO slope", "ISO rating"});
+  Table& table =
+      outcome.table("faults", "What each measure makes of a fault",
+                    "Ramp 20 to 60 mmHg, fall to 8 mmHg at 6 s, 10 s at 100 Hz.",
+                    {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO corridor",
+                     "ISO phase", "ISO magnitude", "ISO slope", "ISO rating"});
   for (Fault& fault : faults_of(time)) {
     damage(context, fault.simulated);
     const Figures found = figures_of(fault.simulated, recorded);
@@ -145,7 +146,6 @@ void measure_fault_table(const CaseContext& context, Outcome& outcome) {
         largest_difference(found, fault.second_opinion), 1e-6,
         "a second implementation (Python, NumPy), to the six digits it was printed with");
   }
-  outcome.tables.push_back(std::move(table));
 }
 
 /// Returns a filtered fall from 1 to 0 that begins at 2 s, at 1 kHz.
@@ -372,11 +372,12 @@ Figure examples() {
 
 void measure_detection(const CaseContext& context, Outcome& outcome) {
   using enum Technique;
-  Table table = make_table("detection", "Loss of resistance found",
-                           "Made-up insertions, 30 s at 120 Hz, noise of 5 mmHg; drops from normal "
-                           "distributions with the published means (73 % true, 33 % false) and 18 "
-                           "%, which puts 10 % of true ones under half. 95 % Clopper-Pearson.",
-                           {"insertions", "number", "share found", "lower", "upper"});
+  Table& table =
+      outcome.table("detection", "Loss of resistance found",
+                    "Made-up insertions, 30 s at 120 Hz, noise of 5 mmHg; drops from normal "
+                    "distributions with the published means (73 % true, 33 % false) and 18 %, "
+                    "which puts 10 % of true ones under half. 95 % Clopper-Pearson.",
+                    {"insertions", "number", "share found", "lower", "upper"});
   const auto add = [&](const std::string& what, const Insertions& kind, std::uint64_t seed) {
     const Count count = count_found(context, kind, seed);
     const Interval interval = share_interval(count.found, count.trials);
@@ -400,12 +401,10 @@ void measure_detection(const CaseContext& context, Outcome& outcome) {
              add("pressure that stays", {.drops = false}, 50001));
   judge_share(outcome, "false_alarms_of_falls_that_are_held", false_held,
               add("false, but held", false_held, 60001));
-  outcome.tables.push_back(std::move(table));
   outcome.figures.push_back(examples());
   outcome.notes.push_back(
       "A false loss that is held for 5 s cannot be distinguished from a true one by pressure "
-      "alone: about a "
-      "third of them lie above the threshold.");
+      "alone: about a third of them lie above the threshold.");
 }
 
 }  // namespace

@@ -371,7 +371,7 @@ Eigen::MatrixXd run_variant(const CaseContext& context, const Variant& variant, 
 
 ObservedOrder climb(const CaseContext& context, const Variant& variant,
                     const Eigen::MatrixXd& truth, Figure& figure) {
-  Series errors{.label = variant.name, .style = Series::Style::line_and_points};
+  Series& errors = figure.add(variant.name, Series::Style::line_and_points);
   for (int rung = 0; rung < (context.quick ? 5 : 6); ++rung) {
     const double coarsest = variant.order == 1 ? 800.0 : 240.0;
     const long ticks =
@@ -380,7 +380,6 @@ ObservedOrder climb(const CaseContext& context, const Variant& variant,
     errors.add(span / static_cast<double>(ticks),
                distance(run_variant(context, variant, ticks), truth));
   }
-  figure.series.push_back(errors);
   return observed_order(errors.x, errors.y, 1e-9);  // ARKODE at 1e-11 is far below
 }
 
@@ -490,10 +489,11 @@ const std::array<Variant, 4> variants{
 
 double judge_orders(const CaseContext& context, Outcome& outcome) {
   const Eigen::MatrixXd truth = solve_pressed(even_times(span, sample_count_of_ladder), {});
-  Figure figure = plot("order", "What the lag of Eq. 9 costs",
-                       "With the rate at the instant of the position the same kick and drift has "
-                       "order 2; with the printed rate it has order 1.",
-                       logarithmic("step h (s)"), logarithmic("largest error over peak (1)"));
+  Figure& figure =
+      outcome.plot("order", "What the lag of Eq. 9 costs",
+                   "With the rate at the instant of the position the same kick and drift has order "
+                   "2; with the printed rate it has order 1.",
+                   logarithmic("step h (s)"), logarithmic("largest error over peak (1)"));
   std::array<double, 4> slopes{};
   for (std::size_t i = 0; i < variants.size(); ++i) {
     const ObservedOrder order = climb(context, variants[i], truth, figure);
@@ -503,7 +503,6 @@ double judge_orders(const CaseContext& context, Outcome& outcome) {
         "order: " + variants[i].name, order.slope, p, 0.15,
         variants[i].order == 2 ? "centred differences" : "a rate that lags is wrong by O(h)");
   }
-  outcome.figures.push_back(std::move(figure));
   outcome.judge_between("order lost", slopes[0] - slopes[2], 0.7, 1.3,
                         "one, from two slopes known to 0.15");
   return slopes[0] - slopes[2];
@@ -511,12 +510,11 @@ double judge_orders(const CaseContext& context, Outcome& outcome) {
 
 Finding measure_lagged_velocity(const CaseContext& context, Outcome& outcome) {
   const double lost = judge_orders(context, outcome);
-  Table limits = make_table("limits", "Stable steps of the lattice",
-                            "Found by bisection on runs, and predicted from its modes.",
-                            {"scheme", "found (s)", "theory (s)"});
+  Table& limits = outcome.table("limits", "Stable steps of the lattice",
+                                "Found by bisection on runs, and predicted from its modes.",
+                                {"scheme", "found (s)", "theory (s)"});
   if (!context.quick) { judge_limit(context, outcome, variants[0], limits); }
   judge_limit(context, outcome, variants[2], limits);
-  outcome.tables.push_back(std::move(limits));
   judge_no_lag(context, outcome);
   judge_recurrence(context, outcome);
   compare_pressed(context, outcome, {.lagged_velocity = true}, "lagged-velocity");
@@ -768,10 +766,10 @@ const std::array<Erratum, 7> all_errata{
             measure_all_printed}};
 
 void measure_summary(const CaseContext& context, Outcome& outcome) {
-  Table table =
-      make_table("errata", "What each printed form does",
-                 "Each erratum alone and all together, measured and predicted.",
-                 {"erratum", "printed in", "what it does", "quantity", "measured", "predicted"});
+  Table& table =
+      outcome.table("errata", "What each printed form does",
+                    "Each erratum alone and all together, measured and predicted.",
+                    {"erratum", "printed in", "what it does", "quantity", "measured", "predicted"});
   for (const Erratum& erratum : all_errata) {
     Outcome own;
     const Finding finding = erratum.measure(context, own);
@@ -786,7 +784,6 @@ void measure_summary(const CaseContext& context, Outcome& outcome) {
     table.rows.push_back({finding.erratum, finding.printed, finding.effect, finding.quantity,
                           finding.measured, finding.predicted});
   }
-  outcome.tables.push_back(std::move(table));
 }
 
 }  // namespace

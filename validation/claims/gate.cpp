@@ -40,11 +40,10 @@ Figure node_figure(const Trace& motion) {
   for (int n = 1; n <= instants_of_nodes; ++n) {
     const Eigen::Index at = (motion.position.cols() - 1) * n / instants_of_nodes;
     const Eigen::VectorXd moved = motion.position.col(at) - motion.position.col(0);
-    Series series{.label = "instant " + std::to_string(n), .style = Series::Style::points};
+    Series& series = figure.add("instant " + std::to_string(n), Series::Style::points);
     for (Eigen::Index i = 0; i < moved.size(); ++i) {
       series.add(static_cast<double>(i), moved(i));
     }
-    figure.series.push_back(std::move(series));
   }
   return figure;
 }

@@ -55,10 +55,10 @@ void measure_map(const CaseContext& context, Outcome& outcome) {
   const PalpationGrid grid = context.quick ? PalpationGrid{.sites = {7, 5}, .spacing = 0.008}
                                            : PalpationGrid{.sites = {13, 9}, .spacing = 0.004};
   const auto [columns, rows] = grid.sites;
-  Figure figure = plot("palpation-map", "Palpation map over a spinous process",
-                       "Stiffness under a fingertip 10 mm wide: the process, 8 mm x 24 mm of bone "
-                       "10 mm under the skin, is felt through the fat.",
-                       {"x (mm)"}, {"y (mm)"});
+  Figure& figure = outcome.plot("palpation-map", "Palpation map over a spinous process",
+                                "Stiffness under a fingertip 10 mm wide: the process, 8 mm x 24 mm "
+                                "of bone 10 mm under the skin, is felt through the fat.",
+                                {"x (mm)"}, {"y (mm)"});
   figure.heat_map = palpation_map(scene, problem, grid);
   figure.square = true;
   const HeatMap& map = *figure.heat_map;
@@ -78,8 +78,6 @@ void measure_map(const CaseContext& context, Outcome& outcome) {
   }
   outcome.judge_at_most("asymmetry_of_the_map", skew.value(), 1e-9,
                         "the scene is symmetric; condition of the solve");
-
-  outcome.figures.push_back(std::move(figure));
 
   // One site pressed in time must agree with its solve.
   scene.probe->entry = {0.0, 0.0};

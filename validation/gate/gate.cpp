@@ -52,10 +52,10 @@ std::string status_problem(const Outcome& before, const Outcome& now) {
 }
 
 /// Compares the elements of two lists that have the same name.
-template <class Item, class Name, class Compare>
-void compare_by_name(const std::vector<Item>& before, const std::vector<Item>& now, Name name,
-                     const char* what, std::vector<Change>& changes, Compare&& compare) {
-  for (const Item& one : before) {
+template <class Items, class Name, class Compare>
+void compare_by_name(const Items& before, const Items& now, Name name, const char* what,
+                     std::vector<Change>& changes, Compare&& compare) {
+  for (const auto& one : before) {
     const auto found = std::ranges::find(now, one.*name, name);
     if (found == now.end()) {
       changes.push_back(broken(one.*name, std::string(what) + "is missing"));
@@ -63,7 +63,7 @@ void compare_by_name(const std::vector<Item>& before, const std::vector<Item>& n
       compare(one, *found);
     }
   }
-  for (const Item& one : now) {
+  for (const auto& one : now) {
     if (std::ranges::find(before, one.*name, name) == before.end()) {
       changes.push_back(broken(one.*name, std::string(what) + "is not in the baseline"));
     }
