@@ -8,7 +8,7 @@
 
 #include "reports/html/html_page.hpp"
 #include "reports/results/results_json.hpp"
-#include "validation/gate/change.hpp"
+#include "validation/gate/gate.hpp"
 
 namespace palpate {
 namespace {

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -145,7 +146,22 @@ struct Figure {
 Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
             std::deque<Series> series = {});
 
-using Cell = std::variant<std::string, double>;
+template <class T>
+concept Arithmetic = std::is_arithmetic_v<T>;
+
+/// A number of any arithmetic type, as double.
+struct Number {
+  double value = 0.0;
+  template <Arithmetic T> Number(T number) : value(static_cast<double>(number)) {}
+};
+
+/// A text or a number of any arithmetic type.
+struct Cell : std::variant<std::string, double> {
+  Cell(std::string text) : variant(std::move(text)) {}
+  Cell(std::string_view text) : variant(std::string(text)) {}
+  Cell(const char* text) : variant(std::string(text)) {}
+  template <Arithmetic T> Cell(T number) : variant(static_cast<double>(number)) {}
+};
 
 struct Table {
   std::string id{};
@@ -185,20 +201,20 @@ struct Outcome {
   Figure& plot(std::string id, std::string title, std::string caption, Axis x, Axis y);
   void judge(Quantity quantity) { quantities.push_back(std::move(quantity)); }
   // Judge a value; `from` says where the bound comes from.
-  void judge_at_least(std::string what, double value, double lower, std::string from,
+  void judge_at_least(std::string what, Number value, double lower, std::string from,
                       std::string unit = "1");
-  void judge_at_most(std::string what, double value, double upper, std::string from,
+  void judge_at_most(std::string what, Number value, double upper, std::string from,
                      std::string unit = "1");
-  void judge_between(std::string what, double value, double lower, double upper, std::string from,
+  void judge_between(std::string what, Number value, double lower, double upper, std::string from,
                      std::string unit = "1");
-  void judge_near(std::string what, double value, double expected, double tolerance,
+  void judge_near(std::string what, Number value, double expected, double tolerance,
                   std::string from, std::string unit = "1");
-  void judge_equal(std::string what, double value, double expected, std::string from,
+  void judge_equal(std::string what, Number value, Number expected, std::string from,
                    std::string unit = "1");
   /// Judges a condition as a quantity of 1 (true) or 0.
   void judge_true(std::string what, bool holds, std::string from);
   /// Adds a value that is not judged.
-  void report(std::string what, double value, std::string unit = "1");
+  void report(std::string what, Number value, std::string unit = "1");
   void skip(std::string why) {
     status = Status::skip;
     reasons = {std::move(why)};

@@ -21,7 +21,6 @@
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/timing/child_process.hpp"
-#include "validation/certificate/background_load.hpp"
 #include "validation/certificate/certificate.hpp"
 #include "validation/certificate/scene_loop.hpp"
 #include "validation/number_text.hpp"

@@ -4,14 +4,11 @@
 #include "validation/certificate/certificate.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_randist.h>
 
 #include "device/seeded.hpp"
 #include "validation/certificate/paced_loop.hpp"
-#include "validation/certificate/tail.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/statistics.hpp"
 

@@ -2,16 +2,12 @@
 /// Comparison of a recording with copies that have one fault each: values of every measure, and the
 /// verdict.
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "device/pressure_link/frame.hpp"
-#include "model/problem/recording.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
-#include "validation/comparison/comparison.hpp"
 #include "validation/comparison/group_comparison.hpp"
 #include "validation/comparison/link_recording.hpp"
 
@@ -125,7 +121,7 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
          sampled ? found.errors.magnitude : not_measured,
          sampled ? found.errors.phase : not_measured,
          found.rating ? found.rating->overall : not_measured, found.alignment.lag,
-         std::string(verdict_word(found.outcome.status)),
+         verdict_word(found.outcome.status),
          found.outcome.reasons.empty() ? std::string() : found.outcome.reasons.front()});
     const bool right = std::ranges::find(trial.right, found.outcome.status) != trial.right.end();
     outcome.judge_equal("right_verdict: " + trial.name, right ? 1.0 : 0.0, 1.0, trial.why);
@@ -263,10 +259,8 @@ void measure_round_trip(const CaseContext& context, Outcome& outcome) {
   const Recording recording =
       through_the_link(context.mutation == nullptr ? run : roll_out({}, resting_insertion(), {}));
   const Trace simulated = trace_of(run.time, run.values("syringe.pressure_pa"));
-  outcome.judge_at_most(
-      "missing_samples",
-      static_cast<double>(recording.defects.missing + recording.defects.bad_frames), 0.0,
-      "an undamaged line loses nothing");
+  outcome.judge_at_most("missing_samples", recording.defects.missing + recording.defects.bad_frames,
+                        0.0, "an undamaged line loses nothing");
   const Comparison found = compare(recording, simulated, {.alignment = AlignmentRule::start});
   outcome.judge_at_most(
       "largest_difference_of_samples",

@@ -5,14 +5,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <complex>
-#include <limits>
 
 #include "model/problem/problem.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/modal.hpp"
-#include "reference/solution.hpp"
 #include "reference/solvers.hpp"
 #include "reference/static_equilibrium.hpp"
 #include "validation/claims/groups.hpp"
@@ -234,18 +231,22 @@ MatrixXd solve_pressed(const std::vector<double>& times, const PrintedForm& prin
          problem.initial_position();
 }
 
-/// Runs the pressed lattice and returns its displacements as positions; `ticks` must be a multiple
-/// of sample_count.
-Trace run_pressed(const CaseContext& context, const PrintedForm& printed, long ticks) {
-  const double h = duration / static_cast<double>(ticks);
-  const Scene scene = pressed_scene(h, duration, printed);
+/// Runs a scene and returns its displacements as positions at even instants; `samples` must divide
+/// the number of ticks.
+Trace displacements(const CaseContext& context, const Scene& scene, long samples) {
   const SpringNetwork network = build_network(scene);
-  Trace motion =
-      roll_out(context, scene, &network, {.every = ticks / sample_count, .position = true});
+  const long ticks = std::lround(scene.simulation.duration / scene.simulation.step);
+  Trace motion = roll_out(context, scene, &network, {.every = ticks / samples, .position = true});
   const VectorXd rest = NetworkProblem(network).initial_position();
   if (motion.position.rows() != rest.size()) { motion.position.resize(rest.size(), 0); }
   motion.position.colwise() -= rest;
   return motion;
+}
+
+/// Displacements of the pressed lattice; `ticks` must be a multiple of sample_count.
+Trace run_pressed(const CaseContext& context, const PrintedForm& printed, long ticks) {
+  const double h = duration / static_cast<double>(ticks);
+  return displacements(context, pressed_scene(h, duration, printed), sample_count);
 }
 
 /// Returns `count` + 1 evenly spaced instants from 0 to `end` [s].
@@ -356,17 +357,11 @@ struct Variant {
   int order;
 };
 
-/// A pressed lattice over `span`, sampled at 20 instants.
+/// Displacements of a pressed lattice over `span` at 20 instants.
 Eigen::MatrixXd run_variant(const CaseContext& context, const Variant& variant, long ticks) {
-  Scene scene = pressed_scene(span / static_cast<double>(ticks), span);
-  scene.simulation.integrator = variant.scheme;
-  scene.simulation.printed.lagged_velocity = variant.lagged;
-  const SpringNetwork network = build_network(scene);
-  const Trace motion = roll_out(context, scene, &network,
-                                {.every = ticks / sample_count_of_ladder, .position = true});
-  if (motion.position.cols() == 0) { return {}; }
-  const Eigen::VectorXd rest = motion.position.col(0);
-  return motion.position.colwise() - rest;
+  const Scene scene = pressed_scene(span / static_cast<double>(ticks), span,
+                                    {.lagged_velocity = variant.lagged}, press, variant.scheme);
+  return displacements(context, scene, sample_count_of_ladder).position;
 }
 
 ObservedOrder climb(const CaseContext& context, const Variant& variant,
@@ -532,13 +527,11 @@ constexpr double touch = 1e-7;  ///< [N] deflects by 1e-9 m, and tissue 150 time
 /// Returns the equilibrium, by implicit Euler with steps of 10 s, which damp every mode.
 Eigen::VectorXd rest_under(const CaseContext& context, const PrintedForm& printed, double force) {
   const Scene scene = pressed_scene(10.0, 300.0, printed, force, "implicit-euler");
-  const SpringNetwork network = build_network(scene);
-  const Trace motion = roll_out(context, scene, &network, {.every = 30, .position = true});
-  if (motion.diverged || motion.position.cols() < 2 ||
-      motion.position.rows() != 3 * (network.node_count() - 9)) {
+  const Trace motion = displacements(context, scene, 1);
+  if (motion.diverged || motion.position.cols() < 2) {
     return Eigen::VectorXd::Constant(1, std::nan(""));
   }
-  return motion.position.rightCols(1) - motion.position.col(0);
+  return motion.position.rightCols(1);
 }
 
 double depth(const Eigen::VectorXd& displacement) {
@@ -776,8 +769,8 @@ void measure_summary(const CaseContext& context, Outcome& outcome) {
     conclude(own);
     outcome.judge_at_most(
         erratum.name + ": claims that do not hold",
-        static_cast<double>(std::ranges::count_if(
-            own.quantities, [](const Quantity& q) { return q.judged() && !q.holds(); })),
+        std::ranges::count_if(own.quantities,
+                              [](const Quantity& q) { return q.judged() && !q.holds(); }),
         0.0, "errata/" + erratum.name);
     outcome.report(erratum.name + ": measured over predicted",
                    finding.measured / finding.predicted);

@@ -2,14 +2,12 @@
 /// Scenes with a hand on the emulated Falcon, and their runs.
 
 #include <Eigen/LU>
-#include <cmath>
 
 #include "device/falcon/driver.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/haptic_loop.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
-#include "validation/subject/falcon_loop.hpp"
 
 namespace palpate::haptics {
 
@@ -163,8 +161,7 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
       }
       const double border = 0.0144 + group.fat;
       worst.add(std::abs(depth - border));
-      table.rows.push_back({std::string(group.name),
-                            std::string(continuous ? "continuous" : "intermittent"), 1e3 * depth,
+      table.rows.push_back({group.name, continuous ? "continuous" : "intermittent", 1e3 * depth,
                             1e3 * held.facts.overshoot, held.facts.largest_requested,
                             held.facts.largest_delivered,
                             100.0 * static_cast<double>(held.facts.saturated) /

@@ -2,7 +2,6 @@
 /// Energy that a virtual wall adds, by frequency.
 
 #include <algorithm>
-#include <cmath>
 #include <complex>
 
 #include "device/haptic_device.hpp"
@@ -279,8 +278,8 @@ void measure_boundary(const CaseContext& context, Outcome& outcome) {
     const Cell passive_cell = loop.delay > 0  ? Cell("-")
                               : passive > 0.0 ? Cell(passive)
                                               : Cell("none");
-    table.rows.push_back({loop.mass, loop.viscosity, loop.damping, static_cast<double>(loop.delay),
-                          measured, exact, reference::linear_rule(loop), passive_cell});
+    table.rows.push_back({loop.mass, loop.viscosity, loop.damping, loop.delay, measured, exact,
+                          reference::linear_rule(loop), passive_cell});
   }
   outcome.judge_at_most("largest_error_of_the_boundary", worst.value(), 1e-4,
                         "theory: roots of the exact z transform; bisection to 2e-6");
@@ -346,7 +345,7 @@ void measure_rates(const CaseContext& context, Outcome& outcome) {
     double ratio = 0.0;
     for (const double rate : {300.0, 500.0, 1000.0, 2000.0}) {
       if (context.quick && rate != 300.0 && rate != 1000.0) { continue; }
-      std::vector<Cell> row{std::string(plant.name), rate};
+      std::vector<Cell> row{plant.name, rate};
       for (const int delay : {0, 1}) {
         const WallLoop loop{plant.mass, plant.viscosity, 0.0, delay, 1.0 / rate};
         const double measured = measured_boundary(context, loop);

@@ -2,15 +2,10 @@
 /// Conservation of momentum in free networks.
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "model/kernels/list_network.hpp"
-#include "model/stepping/integrator.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
-#include "validation/renumbering.hpp"
 
 namespace palpate::networks {
 

@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 /// Block of tissue whose motion is compared with a reference.
 
-#include <Eigen/SparseCore>
-#include <algorithm>
-#include <cmath>
-
 #include "model/kernels/list_network.hpp"
-#include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
-#include "model/tissue/network_builder.hpp"
 #include "reference/exact_problems.hpp"
-#include "reference/solver_cross_check.hpp"
-#include "reference/solvers.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 
@@ -153,9 +145,8 @@ SchemeErrors run_scheme(const CaseContext& context, const BlockStudy& study, con
     errors.steps.push_back(scene.simulation.step / substeps);
     errors.maximum.push_back(error.maximum);
     errors.l2.push_back(error.l2);
-    table.rows.push_back({std::string(scheme.name), 1e3 * errors.steps.back(), error.maximum,
-                          error.l2, error.final,
-                          static_cast<double>(motion.steps * scheme.evaluations)});
+    table.rows.push_back({scheme.name, 1e3 * errors.steps.back(), error.maximum, error.l2,
+                          error.final, motion.steps * scheme.evaluations});
     outcome.timings.push_back(
         {.name = std::string(scheme.name) + " at " + text(1e3 * errors.steps.back()) + " ms",
          .value = motion.seconds});
@@ -283,6 +274,11 @@ Truth judge_block(const CaseContext& context, const BlockStudy& study, Outcome& 
   outcome.figures.push_back(motion_figure(context, study, problem, truth));
   outcome.figures.push_back(section_figure(study, problem, truth));
   return truth;
+}
+
+template <BlockStudy (*study)(bool quick)>
+void measure_block(const CaseContext& context, Outcome& outcome) {
+  judge_block(context, study(context.quick), outcome);
 }
 
 void measure_cube(const CaseContext& context, Outcome& outcome) {
@@ -518,7 +514,7 @@ void judge_order(const CaseContext& context, const IntegratorInfo& scheme, bool 
                          "two families of solvers must agree to ten digits");
   outcome.judge_at_least("nonlinear_share_" + how, nonlinear_share(problem, truth), 0.01,
                          "less would judge a linear lattice");
-  outcome.report("rungs_" + how, static_cast<double>(order.rungs));
+  outcome.report("rungs_" + how, order.rungs);
   outcome.report("r_squared_" + how, order.r_squared);
   draw(std::move(climbed), expected, how, truth.worst_floor, figure);
 }
@@ -587,17 +583,11 @@ std::vector<Case> convergence_cases() {
       {"network/seven-layers", "accuracy",
        "On seven layers from skin to dura every scheme converges to an independent reference with "
        "its order.",
-       [](const CaseContext& context, Outcome& outcome) {
-         judge_block(context, seven_layer_study(context.quick), outcome);
-       },
-       10.0},
+       measure_block<seven_layer_study>, 10.0},
       {"network/heterogeneous", "accuracy",
        "On a block whose springs and masses all differ every scheme converges to an independent "
        "reference with its order.",
-       [](const CaseContext& context, Outcome& outcome) {
-         judge_block(context, heterogeneous_study(context.quick), outcome);
-       },
-       5.0},
+       measure_block<heterogeneous_study>, 5.0},
       {"network/reference", "accuracy",
        "Independent solvers agree on a nonlinear lattice to ten digits, and tighter tolerances "
        "come closer.",

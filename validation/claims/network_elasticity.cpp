@@ -3,12 +3,9 @@
 /// traction and under affine boundary displacement, and homogenised moduli.
 
 #include <Eigen/Cholesky>
-#include <cmath>
 #include <complex>
-#include <functional>
 #include <numbers>
 
-#include "model/tissue/network_builder.hpp"
 #include "reference/exact_problems.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"

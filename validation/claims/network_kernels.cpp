@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: MIT
 /// Comparison of every fast kernel with the specification in random states.
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
 #include <numbers>
 
 #include "model/kernels/lattice_network.hpp"
 #include "model/kernels/list_network.hpp"
-#include "model/stepping/integrator.hpp"
-#include "model/tissue/network_builder.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 /// The paper's Figs. 6 to 9 with its own parameters, each judged by numbers that theory gives.
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
 #include <numbers>
 
 #include "validation/claims/groups.hpp"
@@ -60,7 +56,7 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
   const double zero_rounding = 1e-12;  // zeros near 25 s are known to an eps of 25
   const double slope_rounding = 1e-9;  // h^4 of the extrapolation and eps A / h
   const auto zeros = zeros_of(printed).size();
-  outcome.judge_near("zeros of the printed form" + label, static_cast<double>(zeros), 0.0, 0.0,
+  outcome.judge_near("zeros of the printed form" + label, zeros, 0.0, 0.0,
                      "theory: a bare exponential has none");
   outcome.judge_near("frequency as plotted" + label, frequency_of(zeros_of(plotted)), 1.0,
                      zero_rounding, "theory: omega0, whatever c is; rounding", "rad/s");
@@ -74,8 +70,8 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
                        zero_rounding * 1e2,
                        "theory: omega0 sqrt(1 - S^2); rounding of a faint crossing", "rad/s");
   }
-  table.rows.push_back({c, static_cast<double>(zeros), frequency_of(zeros_of(plotted)), omega1,
-                        slope_at_zero(plotted), slope_at_zero(exact)});
+  table.rows.push_back({c, zeros, frequency_of(zeros_of(plotted)), omega1, slope_at_zero(plotted),
+                        slope_at_zero(exact)});
 }
 
 Figure& draw_forms(double c, Outcome& outcome) {
@@ -83,8 +79,8 @@ Figure& draw_forms(double c, Outcome& outcome) {
   o.displacement = amplitude;
   Figure& figure = outcome.plot(
       "c-" + id_of(text(c)), "Eq. 6 in three readings, c = " + text(c) + " N s/m",
-      "The printed form only decays; as plotted it swings at omega0 and does not start from "
-      "rest; the exact motion, which the model follows, swings at omega1 and does.",
+      "The printed form only decays; as plotted it swings at omega0 and does not start from rest; "
+      "the exact motion, which the model follows, swings at omega1 and does.",
       {"time (s)"}, {"position (m)"});
   Series& printed = figure.add("as printed", Series::Style::dashed);
   Series& plotted = figure.add("as plotted", Series::Style::line_and_points);
@@ -442,9 +438,9 @@ void judge_rounds(const std::vector<Round>& rounds, Outcome& outcome) {
                         excess.value(), 1.0, "triangle inequality");
   const std::string unit = "of " + std::to_string(rounds.size()) + " settings";
   outcome.report("Feynman-Newton as printed nearer to Eq. 6 than Euler-Cromer",
-                 static_cast<double>(nearer(rounds, &Round::from_equation, 2, 1)), unit);
+                 nearer(rounds, &Round::from_equation, 2, 1), unit);
   outcome.report("Feynman-Newton as printed nearer to the exact motion than Euler-Cromer",
-                 static_cast<double>(nearer(rounds, &Round::from_exact, 2, 1)), unit);
+                 nearer(rounds, &Round::from_exact, 2, 1), unit);
 }
 
 Figure draw(const std::vector<Round>& rounds) {

@@ -2,16 +2,11 @@
 /// Exact motion of every regime compared with evaluations that do not distinguish regimes.
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <numbers>
 
-#include "model/stepping/integrator.hpp"
-#include "reference/oscillator.hpp"
 #include "reference/solvers.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/oscillator_fixture.hpp"
-#include "validation/signal.hpp"
 
 namespace palpate::oscillator {
 
@@ -126,7 +121,7 @@ void judge_closed_form(Outcome& outcome) {
     const bool is_driven = one.oscillator.drive_amplitude != 0.0;
     (is_driven ? driven : one.name.starts_with("S = 1") ? near_critical : free).add(difference);
     table.rows.push_back({one.name, reference::damping_ratio(one.oscillator),
-                          std::string(reference::damping_class(one.oscillator)), difference});
+                          reference::damping_class(one.oscillator), difference});
     if (one.name.starts_with("c = ")) { figure.add(one.name, found.time, found.position); }
   }
   const auto judge = [&](const std::string& name, const Largest& found) {
@@ -202,12 +197,11 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
                                             : "overdamped";
     agreeing += found == expected ? 1 : 0;
     names.rows.push_back({c, reference::damping_ratio(o), found,
-                          std::string(c == 0.7   ? "overdamped"
-                                      : c == 1.8 ? "critically damped"
-                                                 : "")});
+                          c == 0.7   ? "overdamped"
+                          : c == 1.8 ? "critically damped"
+                                     : ""});
   }
-  outcome.judge_at_least("settings in the class that c^2 - 4 m k says",
-                         static_cast<double>(agreeing),
+  outcome.judge_at_least("settings in the class that c^2 - 4 m k says", agreeing,
                          static_cast<double>(swept_viscosities.size()), "sign of c^2 - 4 m k");
   outcome.notes.emplace_back(
       "The paper's text calls c = 0.7 N s/m overdamped and c = 1.8 N s/m critically damped; with m "
@@ -374,7 +368,7 @@ void judge_slope(Outcome& outcome, const std::string& what, int order, const Obs
   const double p = order;
   outcome.judge_near("order of " + what, found.slope, p, tolerance,
                      "Taylor expansion of one step gives order " + std::to_string(order));
-  outcome.judge_at_least("rungs used for " + what, static_cast<double>(found.rungs), 4.0,
+  outcome.judge_at_least("rungs used for " + what, found.rungs, 4.0,
                          "fewer than four errors show no slope");
   outcome.judge_true("errors of " + what + " fall with h", found.monotone, "convergence");
   outcome.report("r^2 of " + what, found.r_squared);

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Measured stability limit of every scheme, compared with theory.
 
-#include <cmath>
-
 #include "model/stepping/stability.hpp"
-#include "reference/oscillator.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/oscillator_fixture.hpp"
 

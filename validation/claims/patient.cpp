@@ -3,7 +3,6 @@
 /// middle of its posterior plane for 50 ms and released.
 
 #include <algorithm>
-#include <cmath>
 
 #include "reference/solver_cross_check.hpp"
 #include "validation/claims/groups.hpp"
@@ -191,9 +190,8 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
       "Errors over all nodes and ticks, relative to the peak displacement.",
       {"integrator", "substeps a tick", "h (s)", "largest error (1)", "L2 error (1)", "steps (1)"});
   for (const Shown& each : all) {
-    table.rows.push_back({std::string(each.rungs->scheme), static_cast<double>(each.substeps),
-                          each.motion.h, each.error.maximum, each.error.l2,
-                          static_cast<double>(each.motion.steps)});
+    table.rows.push_back({each.rungs->scheme, each.substeps, each.motion.h, each.error.maximum,
+                          each.error.l2, each.motion.steps});
   }
   outcome.figures = {motion_figure(problem, all, truth.solution), error_figure(all, floor, false),
                      error_figure(all, floor, true),

@@ -1,15 +1,8 @@
 // SPDX-License-Identifier: MIT
 /// Bounds that determine automatic substeps, compared with exact spectra of random networks.
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-
-#include "model/problem/problem.hpp"
-#include "model/stepping/stability.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/exact_problems.hpp"
-#include "reference/modal.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/stability_fixture.hpp"
 #include "validation/number_text.hpp"
@@ -450,8 +443,8 @@ void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder
     worst_growth.add(rung.energy_growth / rung.energy_bound);
     const double margin = margin_db(rung.limit, rung.motion.h);
     least_margin.add(margin);
-    table.rows.push_back({integrator, rung.ratio, static_cast<double>(rung.motion.substeps),
-                          1e6 * rung.motion.h, margin, rung.energy_growth, rung.energy_bound});
+    table.rows.push_back({integrator, rung.ratio, rung.motion.substeps, 1e6 * rung.motion.h, margin,
+                          rung.energy_growth, rung.energy_bound});
   }
   outcome.judge_at_most(integrator + ": largest energy over initial, over theory",
                         worst_growth.value(), 1.0 + 1e-4,

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Extreme inputs: springs of zero length, inverted cells, very large forces, NaN.
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "model/kernels/list_network.hpp"
-#include "model/problem/problem.hpp"
 #include "validation/bench/timing.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/stability_fixture.hpp"
@@ -125,11 +120,11 @@ void measure_huge_force(const CaseContext& context, Outcome& outcome) {
     const bool timed = motion.diverged_at > 0.0 && motion.diverged_at <= 0.1 + 1e-12;
     const bool clear = motion.position.allFinite() && (!motion.diverged || timed);
     unclear += clear ? 0 : 1;
-    table.rows.push_back({std::string(scheme->name), motion.diverged ? "diverged" : "finite",
+    table.rows.push_back({scheme->name, motion.diverged ? "diverged" : "finite",
                           motion.diverged ? motion.diverged_at : 0.1,
                           largest_displacement(motion)});
   }
-  outcome.judge_at_most("schemes without a clear verdict", static_cast<double>(unclear), 0.0,
+  outcome.judge_at_most("schemes without a clear verdict", unclear, 0.0,
                         "every sample that is kept is finite, and divergence has its time");
 }
 
@@ -173,8 +168,7 @@ void measure_nan(const CaseContext& context, Outcome& outcome) {
     }
   }
   outcome.judge_equal("runs reported as diverged at the first tick, of " + std::to_string(runs),
-                      static_cast<double>(seen_at_once), static_cast<double>(runs),
-                      "a state that is not finite is divergence");
+                      seen_at_once, runs, "a state that is not finite is divergence");
 }
 
 // Amplitudes below the normal range of double: nothing becomes NaN, and little becomes slow.

@@ -3,18 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SparseCore>
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "model/problem/needle_path.hpp"
-#include "model/problem/problem.hpp"
 #include "model/tissue/image_tissue.hpp"
-#include "model/tissue/lattice.hpp"
-#include "model/tissue/network_builder.hpp"
 #include "model/tissue/skin.hpp"
 #include "model/tissue/solids.hpp"
 #include "model/tissue/tissue_grid.hpp"
@@ -78,7 +70,7 @@ void measure_surfaces(const CaseContext& /*context*/, Outcome& outcome) {
       const double share = std::abs(error) / (0.5 * std::sqrt(3.0) * area * h);
       worst.add(share);
       apart += voxelise(solid.surface, grid).inside == body.inside ? 0U : 1U;
-      table.rows.push_back({solid.name, 1e3 * h, double(body.voxel_count), 1e6 * body.volume,
+      table.rows.push_back({solid.name, 1e3 * h, body.voxel_count, 1e6 * body.volume,
                             100.0 * error / solid.volume, share});
     }
   }
@@ -415,7 +407,7 @@ void measure_volumes(Outcome& outcome) {
     error.add(std::abs(found[1] - exact[1]));
     const double share = error.value() / limit;
     worst.add(share);
-    table.rows.push_back({1e3 * spacing, double(even.node_count()), 1e6 * found[0],
+    table.rows.push_back({1e3 * spacing, even.node_count(), 1e6 * found[0],
                           100.0 * (found[0] / exact[0] - 1.0), 1e6 * found[1],
                           100.0 * (found[1] / exact[1] - 1.0), share});
   }
