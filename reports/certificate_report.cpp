@@ -6,9 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "reports/html/html_page.hpp"
 #include "reports/results/results_json.hpp"
-#include "validation/certificate/certificate.hpp"
 
 namespace palpate {
 namespace {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 
 #include "fixtures/io/csv_file.hpp"
 #include "fixtures/io/problems.hpp"
@@ -14,7 +13,6 @@
 #include "reports/html/html_page.hpp"
 #include "reports/plot/trace_figures.hpp"
 #include "reports/results/results_json.hpp"
-#include "validation/comparison/comparison.hpp"
 
 namespace palpate {
 

@@ -10,7 +10,6 @@
 
 #include "reports/recording_input.hpp"
 #include "validation/comparison/comparison.hpp"
-#include "validation/comparison/credibility.hpp"
 #include "validation/comparison/group_comparison.hpp"
 
 namespace palpate {

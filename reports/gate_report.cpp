@@ -7,9 +7,8 @@
 #include <cmath>
 
 #include "reports/html/html_page.hpp"
-#include "reports/results/results.hpp"
 #include "reports/results/results_json.hpp"
-#include "validation/gate/change.hpp"
+#include "validation/gate/gate.hpp"
 
 namespace palpate {
 namespace {
@@ -129,7 +128,7 @@ Figure overlay(const std::string& case_name, const Figure& before, const Figure*
   return figure;
 }
 
-const Figure* figure_named(const std::vector<Figure>& figures, const std::string& id) {
+const Figure* figure_named(const std::deque<Figure>& figures, const std::string& id) {
   const auto found = std::ranges::find(figures, id, &Figure::id);
   return found == figures.end() ? nullptr : &*found;
 }

@@ -9,9 +9,7 @@
 
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/hdf5_file.hpp"
-#include "fixtures/io/recording_file.hpp"
 #include "model/problem/input_error.hpp"
-#include "model/problem/recording.hpp"
 #include "validation/comparison/link_recording.hpp"
 #include "validation/comparison/reconstruction.hpp"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "device/pressure_link/frame.hpp"
-#include "fixtures/io/published_values.hpp"
+#include "fixtures/io/csv_tables.hpp"
 #include "fixtures/io/recording_file.hpp"
 #include "model/problem/recording.hpp"
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/geometry.hpp>
+#include <boost/geometry/geometries/point_xy.hpp>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -14,44 +16,15 @@
 
 #include "model/tissue/image_tissue.hpp"
 #include "model/tissue/voxel_tissue.hpp"
-#include "reports/html/html_page.hpp"
 #include "reports/html/html_template.hpp"
 #include "reports/plot/figure_layout.hpp"
 #include "reports/plot/figure_svg.hpp"
 #include "reports/plot/trace_figures.hpp"
 #include "reports/results/results_json.hpp"
 #include "reports/view/view_encoding.hpp"
-#include "validation/outcome.hpp"
 
 namespace palpate {
 namespace {
-
-using Point = std::array<double, 2>;
-
-/// Returns true if c is to the left of the line from a to b.
-bool is_left(const Point& a, const Point& b, const Point& c) {
-  return (b[0] - a[0]) * (c[1] - a[1]) > (b[1] - a[1]) * (c[0] - a[0]);
-}
-
-/// Convex hull as a closed outline (Andrew's monotone chain).
-std::vector<Point> outline(std::vector<Point> points) {
-  std::ranges::sort(points);
-  std::vector<Point> hull;
-  const auto walk = [&](auto first, auto last) {
-    const std::size_t kept = hull.size();
-    for (auto it = first; it != last; ++it) {
-      while (hull.size() >= kept + 2 && !is_left(hull[hull.size() - 2], hull.back(), *it)) {
-        hull.pop_back();
-      }
-      hull.push_back(*it);
-    }
-    hull.pop_back();
-  };
-  walk(points.begin(), points.end());
-  walk(points.rbegin(), points.rend());
-  hull.push_back(hull.front());
-  return hull;
-}
 
 Series circle(const std::string& label, double radius, Series::Style style) {
   Series series{.label = label, .style = style};
@@ -200,6 +173,7 @@ void add_figures(Page& page, const char* heading, const std::vector<Figure>& fig
 }  // namespace
 
 Figure force_reach_figure(const FalconFacts& facts) {
+  using Point = boost::geometry::model::d2::point_xy<double>;
   const double reach = 10.0 * std::ceil(std::max(facts.axial_force, stated_by_the_paper) / 10.0);
   Figure figure{
       .id = "force-reach",
@@ -213,14 +187,16 @@ Figure force_reach_figure(const FalconFacts& facts) {
       .square = true};
   const char* names[] = {"left and right", "up and down"};
   for (const int axis : {0, 1}) {
-    std::vector<Point> points;
+    boost::geometry::model::multi_point<Point> corners;
     for (const Eigen::Vector3d& corner : facts.force_corners) {
-      points.push_back({corner(axis), corner.z()});
+      corners.emplace_back(corner(axis), corner.z());
     }
+    boost::geometry::model::ring<Point, false> outline;
+    boost::geometry::convex_hull(corners, outline);
     Series series{.label = names[axis]};
-    for (const Point& point : outline(std::move(points))) {
-      series.x.push_back(point[0]);
-      series.y.push_back(point[1]);
+    for (const Point& point : outline) {
+      series.x.push_back(point.x());
+      series.y.push_back(point.y());
     }
     figure.series.push_back(std::move(series));
   }
@@ -356,8 +332,6 @@ std::string to_html(const RunReport& report, const Trace& trace) {
   const std::vector<Figure> over_time = figures_over_time(trace);
   std::vector<Figure> tool = tool_figures(trace);
   tool.insert(tool.end(), report.tool_figures.begin(), report.tool_figures.end());
-  std::vector<Figure> figures = over_time;
-  if (auto snapshot = snapshot_figure(trace)) { figures.push_back(std::move(*snapshot)); }
   std::vector<Figure> zooms = tool_traces(trace);
   zooms.insert(zooms.end(), over_time.begin(), over_time.end());
   Page page{.banner = {.title = report.title,
@@ -369,16 +343,19 @@ std::string to_html(const RunReport& report, const Trace& trace) {
             .command = report.command};
   add_notes(page, "Warnings", report.warnings);
   page.parts.emplace_back(Section{.heading = "Key facts", .parts = {report.facts}});
-  if (report.view) { page.parts.emplace_back(view_section(*report.view)); }
+  if (report.view) {
+    page.parts.emplace_back(report.interactive ? view_section(*report.view)
+                                               : exhibits_of(still_figures(*report.view)));
+  }
   add_figures(page, "Forces on the tool", tool);
   if (!trace.events.empty()) {
     page.parts.emplace_back(Section{.heading = "Events", .parts = {events_table(trace)}});
   }
-  add_figures(page, "Traces", figures);
+  add_figures(page, "Traces", over_time);
   page.parts.emplace_back(zoom_section(zooms));
   add_notes(page, "Skipped, because the scene does not need it", report.skipped);
   if (!zooms.empty()) { page.scripts = {std::string(assets::dygraph_js), zoom_script(zooms)}; }
-  if (report.view) { page.scripts.push_back(view_script()); }
+  if (report.view && report.interactive) { page.scripts.push_back(view_script()); }
   return render(page);
 }
 

@@ -41,7 +41,8 @@ struct RunReport {
   std::vector<Figure> tool_figures{};  ///< figures shown after those of the trace
   std::vector<std::string> skipped{};
   std::vector<std::string> warnings{};
-  std::optional<View> view{};  ///< 3-D view of the run
+  std::optional<View> view{};  ///< the run in three dimensions
+  bool interactive = true;     ///< false: pictures of the view alone
   std::vector<Fact> provenance{};
   std::string command{};
 };

@@ -3,11 +3,8 @@
 #include "validation/number_text.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-
-#include "validation/text.hpp"
 
 namespace palpate {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "validation/text.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate {
 
@@ -35,10 +35,15 @@ Series curve(std::string label, std::vector<double> x, std::vector<double> y, Se
   return {.label = std::move(label), .style = style, .x = std::move(x), .y = std::move(y)};
 }
 
+Series& Figure::add(std::string label, std::vector<double> at, std::vector<double> value,
+                    Series::Style style) {
+  return series.emplace_back(curve(std::move(label), std::move(at), std::move(value), style));
+}
+
 Axis logarithmic(std::string label) { return {.label = std::move(label), .logarithmic = true}; }
 
 Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
-            std::vector<Series> series) {
+            std::deque<Series> series) {
   return {std::move(id), std::move(title), std::move(caption),
           std::move(x),  std::move(y),     std::move(series)};
 }
@@ -48,43 +53,55 @@ Table make_table(std::string id, std::string title, std::string caption,
   return {std::move(id), std::move(title), std::move(caption), std::move(columns), std::move(rows)};
 }
 
-void Outcome::judge_between(std::string what, double value, double lower, double upper,
+Table& Outcome::table(std::string id, std::string title, std::string caption,
+                      std::vector<std::string> columns) {
+  return tables.emplace_back(
+      make_table(std::move(id), std::move(title), std::move(caption), std::move(columns)));
+}
+
+Figure& Outcome::plot(std::string id, std::string title, std::string caption, Axis x, Axis y) {
+  return figures.emplace_back(palpate::plot(std::move(id), std::move(title), std::move(caption),
+                                            std::move(x), std::move(y)));
+}
+
+void Outcome::judge_between(std::string what, Number value, double lower, double upper,
                             std::string from, std::string unit) {
   judge({.name = std::move(what),
-         .value = value,
+         .value = value.value,
          .unit = std::move(unit),
          .lower = lower,
          .upper = upper,
          .bound_from = std::move(from)});
 }
 
-void Outcome::judge_at_least(std::string what, double value, double lower, std::string from,
+void Outcome::judge_at_least(std::string what, Number value, double lower, std::string from,
                              std::string unit) {
   judge_between(std::move(what), value, lower, unbounded, std::move(from), std::move(unit));
 }
 
-void Outcome::judge_at_most(std::string what, double value, double upper, std::string from,
+void Outcome::judge_at_most(std::string what, Number value, double upper, std::string from,
                             std::string unit) {
   judge_between(std::move(what), value, -unbounded, upper, std::move(from), std::move(unit));
 }
 
-void Outcome::judge_near(std::string what, double value, double expected, double tolerance,
+void Outcome::judge_near(std::string what, Number value, double expected, double tolerance,
                          std::string from, std::string unit) {
   judge_between(std::move(what), value, expected - tolerance, expected + tolerance, std::move(from),
                 std::move(unit));
 }
 
-void Outcome::judge_equal(std::string what, double value, double expected, std::string from,
+void Outcome::judge_equal(std::string what, Number value, Number expected, std::string from,
                           std::string unit) {
-  judge_between(std::move(what), value, expected, expected, std::move(from), std::move(unit));
+  judge_between(std::move(what), value, expected.value, expected.value, std::move(from),
+                std::move(unit));
 }
 
 void Outcome::judge_true(std::string what, bool holds, std::string from) {
   judge_at_least(std::move(what), holds ? 1.0 : 0.0, 1.0, std::move(from));
 }
 
-void Outcome::report(std::string what, double value, std::string unit) {
-  judge({.name = std::move(what), .value = value, .unit = std::move(unit)});
+void Outcome::report(std::string what, Number value, std::string unit) {
+  judge({.name = std::move(what), .value = value.value, .unit = std::move(unit)});
 }
 
 std::string Outcome::reason() const { return join(reasons, "\n"); }

@@ -5,10 +5,12 @@
 /// that were judged, a status and its reasons, with tables and figures as plain data.
 
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -127,17 +129,39 @@ struct Figure {
   std::string caption{};  ///< one sentence that says what the figure shows
   Axis x{};
   Axis y{};
-  std::vector<Series> series{};
+  std::deque<Series> series{};
   std::optional<HeatMap> heat_map{};
   std::vector<Zone> zones{};  ///< neighbours in alternating tints
   std::vector<Mark> marks{};
   bool square = false;  ///< equal scales on both axes
   bool timing = false;  ///< shows run times, which differ from run to run
+
+  /// Adds a curve. References to curves stay valid when further ones are added.
+  Series& add(std::string label, Series::Style style = Series::Style::line) {
+    return series.emplace_back(Series{.label = std::move(label), .style = style});
+  }
+  Series& add(std::string label, std::vector<double> at, std::vector<double> value,
+              Series::Style style = Series::Style::line);
 };
 Figure plot(std::string id, std::string title, std::string caption, Axis x, Axis y,
-            std::vector<Series> series = {});
+            std::deque<Series> series = {});
 
-using Cell = std::variant<std::string, double>;
+template <class T>
+concept Arithmetic = std::is_arithmetic_v<T>;
+
+/// A number of any arithmetic type, as double.
+struct Number {
+  double value = 0.0;
+  template <Arithmetic T> Number(T number) : value(static_cast<double>(number)) {}
+};
+
+/// A text or a number of any arithmetic type.
+struct Cell : std::variant<std::string, double> {
+  Cell(std::string text) : variant(std::move(text)) {}
+  Cell(std::string_view text) : variant(std::string(text)) {}
+  Cell(const char* text) : variant(std::string(text)) {}
+  template <Arithmetic T> Cell(T number) : variant(static_cast<double>(number)) {}
+};
 
 struct Table {
   std::string id{};
@@ -165,27 +189,32 @@ struct Outcome {
   std::vector<std::string> reasons{};  ///< why it is not a pass, worst first; explains a pass
   double seconds = 0.0;
   std::vector<Quantity> quantities{};
-  std::vector<Table> tables{};
-  std::vector<Figure> figures{};
+  std::deque<Table> tables{};
+  std::deque<Figure> figures{};
   std::vector<Timing> timings{};
   std::vector<std::string> notes{};
 
+  /// Adds a table without rows. References to tables stay valid when further ones are added.
+  Table& table(std::string id, std::string title, std::string caption,
+               std::vector<std::string> columns);
+  /// Adds a figure without curves. References to figures stay valid as well.
+  Figure& plot(std::string id, std::string title, std::string caption, Axis x, Axis y);
   void judge(Quantity quantity) { quantities.push_back(std::move(quantity)); }
   // Judge a value; `from` says where the bound comes from.
-  void judge_at_least(std::string what, double value, double lower, std::string from,
+  void judge_at_least(std::string what, Number value, double lower, std::string from,
                       std::string unit = "1");
-  void judge_at_most(std::string what, double value, double upper, std::string from,
+  void judge_at_most(std::string what, Number value, double upper, std::string from,
                      std::string unit = "1");
-  void judge_between(std::string what, double value, double lower, double upper, std::string from,
+  void judge_between(std::string what, Number value, double lower, double upper, std::string from,
                      std::string unit = "1");
-  void judge_near(std::string what, double value, double expected, double tolerance,
+  void judge_near(std::string what, Number value, double expected, double tolerance,
                   std::string from, std::string unit = "1");
-  void judge_equal(std::string what, double value, double expected, std::string from,
+  void judge_equal(std::string what, Number value, Number expected, std::string from,
                    std::string unit = "1");
   /// Judges a condition as a quantity of 1 (true) or 0.
   void judge_true(std::string what, bool holds, std::string from);
   /// Adds a value that is not judged.
-  void report(std::string what, double value, std::string unit = "1");
+  void report(std::string what, Number value, std::string unit = "1");
   void skip(std::string why) {
     status = Status::skip;
     reasons = {std::move(why)};

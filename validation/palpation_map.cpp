@@ -2,8 +2,6 @@
 
 #include "validation/palpation_map.hpp"
 
-#include <limits>
-
 #include "model/problem/needle_path.hpp"
 
 namespace palpate {

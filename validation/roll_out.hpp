@@ -2,16 +2,38 @@
 #pragma once
 /// Time loop that runs a subject through a scene and returns a Trace.
 
+#include <Eigen/Core>
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "model/problem/scene.hpp"
+#include "model/problem/spring_network.hpp"
 #include "model/problem/trace.hpp"
 #include "validation/subject/falcon_loop.hpp"
 #include "validation/subject/subject.hpp"
 
 namespace palpate {
+
+/// Permutes nodes, shuffles springs and swaps their ends at random; loads of the scene follow their
+/// nodes. Returns the new index of every node.
+std::vector<int> renumber(SpringNetwork& network, Scene& scene, std::uint64_t seed);
+
+/// Permutes a network on construction and converts results back to the original order.
+class OtherOrder {
+ public:
+  /// Does nothing if the seed is 0 or the network has no nodes.
+  OtherOrder(std::uint64_t seed, SpringNetwork& network, Scene& scene);
+  /// Converts coordinates of the free nodes (dof x times) of `network` to the original order. Empty
+  /// matrices stay empty.
+  void undo(const SpringNetwork& network, Eigen::MatrixXd& coordinates) const;
+
+ private:
+  SpringNetwork first_{};
+  std::vector<int> node_of_{};  ///< new index of each node; empty: original order
+};
 
 struct CaseContext;
 

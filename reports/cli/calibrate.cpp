@@ -15,7 +15,6 @@
 #include "reports/calibration_report.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/cli/provenance.hpp"
 #include "reports/recording_input.hpp"
 
 namespace palpate::cli {

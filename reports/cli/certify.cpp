@@ -9,11 +9,9 @@
 #include <future>
 #include <optional>
 #include <sstream>
-#include <string>
 #include <sys/utsname.h>
 #include <time.h>
 #include <unistd.h>
-#include <vector>
 
 #include "device/real_time.hpp"
 #include "fixtures/io/file_bytes.hpp"
@@ -21,10 +19,8 @@
 #include "reports/certificate_report.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/cli/provenance.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/timing/child_process.hpp"
-#include "validation/certificate/background_load.hpp"
 #include "validation/certificate/certificate.hpp"
 #include "validation/certificate/scene_loop.hpp"
 #include "validation/number_text.hpp"

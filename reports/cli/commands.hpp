@@ -6,6 +6,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -81,6 +82,15 @@ std::string integrator_help();
 
 /// Command line with all options that affect the result, quoted for a shell.
 std::string reproducible(const CLI::App& command);
+
+/// Provenance of a result: version, commit, compiler, flags, processor, date.
+std::map<std::string, std::string> build_provenance();
+
+/// Program version with commit: "palpate 0.1.0 (commit)".
+std::string version_text();
+
+/// Value of a key in /proc/cpuinfo for the first processor; empty if the key is missing.
+std::string processor_line(const std::string& name);
 
 struct Program {
   CLI::App app{"Palpate: validation and regression harness for haptic soft-tissue simulation"};

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/problems.hpp"
@@ -15,7 +13,6 @@
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/cli/provenance.hpp"
 #include "reports/comparison_report.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/results/results_folder.hpp"

@@ -4,24 +4,20 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
-#include <memory>
 #include <optional>
 #include <unistd.h>
-#include <vector>
 
-#include "device/byte_link.hpp"
 #include "device/falcon/emulator.hpp"
 #include "device/falcon/kinematics.hpp"
 #include "device/falcon/motors_encoders.hpp"
 #include "device/falcon/packet.hpp"
 #include "device/falcon/plant.hpp"
 #include "fixtures/io/csv_file.hpp"
+#include "fixtures/io/csv_tables.hpp"
 #include "fixtures/io/file_bytes.hpp"
-#include "fixtures/io/pose_csv.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"

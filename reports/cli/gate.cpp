@@ -3,14 +3,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <string>
-#include <vector>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/provenance.hpp"
 #include "reports/gate_report.hpp"
 #include "reports/results/baseline_file.hpp"
 #include "reports/results/results.hpp"

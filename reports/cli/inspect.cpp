@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <string>
 
 #include "model/problem/needle_path.hpp"
 #include "model/problem/scene_keys.hpp"

@@ -8,8 +8,6 @@
 #include <unistd.h>
 
 #include "model/problem/input_error.hpp"
-#include "reports/cli/commands.hpp"
-#include "reports/cli/provenance.hpp"
 
 namespace palpate::cli {
 

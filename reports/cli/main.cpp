@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 /// The `palpate` program: command line in, exit code out.
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 #include <sstream>
@@ -9,7 +8,6 @@
 #include "model/kernels/instruction_set.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/provenance.hpp"
 
 namespace {
 

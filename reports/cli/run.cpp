@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "device/falcon/wire_recording.hpp"
 #include "fixtures/io/file_bytes.hpp"
@@ -242,21 +239,19 @@ void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const F
 }
 
 /// Adds the 3-D view, or the reason why there is none.
-void add_view(RunReport& report, const LoadedScene& loaded, const Trace& trace, bool wanted) {
+void add_view(RunReport& report, const LoadedScene& loaded, const Trace& trace) {
   const NetworkProblem* network = loaded.network();
   if (network == nullptr) { return; }
-  if (wanted) {
-    std::vector<std::string> notes;
-    std::vector<ViewSurface> surfaces;
-    if (std::optional<ViewSurface> skin = view_of_skin(loaded.file.scene, notes)) {
-      surfaces.push_back(std::move(*skin));
-    }
-    report.view = make_view({loaded.file.scene, *network, trace, std::move(surfaces)});
-    if (report.view) { append(report.view->notes, notes); }
+  std::vector<std::string> notes;
+  std::vector<ViewSurface> surfaces;
+  if (std::optional<ViewSurface> skin = view_of_skin(loaded.file.scene, notes)) {
+    surfaces.push_back(std::move(*skin));
   }
-  if (!report.view) {
+  report.view = make_view({loaded.file.scene, *network, trace, std::move(surfaces)});
+  if (report.view) { append(report.view->notes, notes); }
+  if (!report.view || !report.interactive) {
     report.skipped.push_back(std::string("view in three dimensions: ") +
-                             (wanted ? "no frames are kept" : "not wanted"));
+                             (report.interactive ? "no frames are kept" : "not wanted"));
   }
 }
 
@@ -297,7 +292,8 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
                           "volume relative to rest, at t = " +
                               quantity(trace.smallest_jacobian_at, "s") + "; inside out at 0"});
   add_cost_facts(report.facts, loaded, run);
-  add_view(report, loaded, trace, !options.no_view);
+  report.interactive = !options.no_view;
+  add_view(report, loaded, trace);
   append(report.warnings, palpation.warnings);
   if (palpation.figure) { report.tool_figures.push_back(*palpation.figure); }
   append(report.tool_figures, lookup_figures(scene));

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 
 #include <cstdio>
-#include <filesystem>
-#include <memory>
 
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdio>
 #include <iostream>
-#include <memory>
 #include <poll.h>
 #include <unistd.h>
 

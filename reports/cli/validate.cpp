@@ -3,33 +3,26 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <functional>
 #include <link.h>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <numeric>
 #include <optional>
 #include <set>
-#include <string>
 #include <thread>
 #include <unistd.h>
-#include <vector>
 
+#include "fixtures/io/csv_tables.hpp"
 #include "fixtures/io/file_bytes.hpp"
-#include "fixtures/io/network_csv.hpp"
-#include "fixtures/io/reference_store.hpp"
+#include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/cli/provenance.hpp"
 #include "reports/results/baseline_file.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"

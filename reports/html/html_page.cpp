@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "html_templates.hpp"
@@ -15,22 +16,6 @@
 
 namespace palpate {
 namespace {
-
-/// Length of the UTF-8 character at the start of the text [bytes]; 0 if it is invalid.
-std::size_t character_length(std::string_view text) {
-  const auto first = static_cast<unsigned char>(text[0]);
-  const std::size_t length = first < 0x80   ? 1
-                             : first < 0xC2 ? 0
-                             : first < 0xE0 ? 2
-                             : first < 0xF0 ? 3
-                             : first < 0xF5 ? 4
-                                            : 0;
-  if (length > text.size()) { return 0; }
-  for (std::size_t n = 1; n < length; ++n) {
-    if ((static_cast<unsigned char>(text[n]) & 0xC0U) != 0x80U) { return 0; }
-  }
-  return length;
-}
 
 /// Renders parts in order. The drawings are used in the order of the figures.
 class Renderer {
@@ -161,20 +146,19 @@ std::string colour_of(Status status) {
 }  // namespace
 
 std::string escape_markup(std::string_view text) {
+  using Json = nlohmann::json;  // replaces invalid UTF-8
+  const Json valid = Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace));
   std::string out;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = character_length(text.substr(at));
-    const char c = text[at];
-    const bool control = static_cast<unsigned char>(c) < 32 && c != '\n' && c != '\t';
+  for (const char c : valid.get_ref<const std::string&>()) {
+    const auto byte = static_cast<unsigned char>(c);
     switch (c) {
       case '&': out += "&amp;"; break;
       case '<': out += "&lt;"; break;
       case '>': out += "&gt;"; break;
       case '"': out += "&quot;"; break;
       case '\'': out += "&#39;"; break;
-      default: out += length == 0 ? "\ufffd" : control ? "?" : text.substr(at, length);
+      default: out += byte < 32 && c != '\n' && c != '\t' ? '?' : c;
     }
-    at += std::max<std::size_t>(length, 1);
   }
   return out;
 }

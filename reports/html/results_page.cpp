@@ -110,7 +110,7 @@ Section case_section(const Outcome& outcome) {
   }
   section.parts.emplace_back(Notes{outcome.notes});
   if (!outcome.quantities.empty()) { section.parts.push_back(quantities_part(outcome)); }
-  Section exhibits = exhibits_of(outcome.figures);
+  Section exhibits = exhibits_of({outcome.figures.begin(), outcome.figures.end()});
   exhibits.style = outcome.figures.size() > 4 ? "many" : "";
   exhibits.parts.insert(exhibits.parts.end(), outcome.tables.begin(), outcome.tables.end());
   if (!outcome.timings.empty()) { exhibits.parts.emplace_back(cost_table(outcome)); }

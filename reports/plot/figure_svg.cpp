@@ -7,9 +7,10 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <png.h>
 #include <span>
+#include <stdexcept>
 #include <utility>
-#include <zlib.h>
 
 #include "reports/html/html_page.hpp"
 #include "reports/plot/figure_layout.hpp"
@@ -88,11 +89,13 @@ std::string fitted(const std::string& label, double room) {
 
 // Heat maps: a PNG with 64 colours, transparent where there is no value.
 
-using Rgb8 = std::array<std::uint8_t, 3>;
+using Rgba8 = std::array<std::uint8_t, 4>;
+/// Colours of the levels; the last one is transparent.
+using Palette = std::array<Rgba8, colour_levels + 1>;
 
 struct ColourScale {
   Range range{};
-  std::array<Rgb8, colour_levels> colours{};
+  Palette colours{};
 
   /// Index of the colour of a value; colour_levels if it is not finite.
   [[nodiscard]] std::uint8_t level(double value) const {
@@ -103,13 +106,14 @@ struct ColourScale {
   }
 };
 
-std::array<Rgb8, colour_levels> interpolated(std::span<const unsigned> codes) {
-  std::array<Rgb8, colour_levels> colours{};
-  for (std::size_t n = 0; n < colours.size(); ++n) {
+Palette interpolated(std::span<const unsigned> codes) {
+  Palette colours{};
+  for (std::size_t n = 0; n < colour_levels; ++n) {
     const Rgb colour = interpolated_colour(codes, static_cast<double>(n) / (colour_levels - 1));
-    std::ranges::transform(colour, colours[n].begin(), [](double part) {
-      return static_cast<std::uint8_t>(std::lround(255.0 * part));
-    });
+    for (std::size_t part = 0; part < 3; ++part) {
+      colours[n][part] = static_cast<std::uint8_t>(std::lround(255.0 * colour[part]));
+    }
+    colours[n][3] = 255;
   }
   return colours;
 }
@@ -135,40 +139,22 @@ ColourScale colour_scale(const HeatMap& map) {
   return {with_extent(range), interpolated(viridis)};
 }
 
-std::string big_endian(std::uint32_t value) {
-  std::string bytes;
-  for (const unsigned shift : {24U, 16U, 8U, 0U}) {
-    bytes += static_cast<char>(value >> shift & 255U);
-  }
-  return bytes;
-}
-
-std::string png_chunk(const std::string& type_and_data) {
-  const auto* bytes = reinterpret_cast<const Bytef*>(type_and_data.data());
-  const auto size = static_cast<uInt>(type_and_data.size());
-  return big_endian(size - 4) + type_and_data +
-         big_endian(static_cast<std::uint32_t>(crc32(0, bytes, size)));
-}
-
 /// Image element of a heat map that fills the rectangle. `levels` is row by row from the top.
 std::string image_markup(double x, double y, double width, double height, std::size_t columns,
                          std::span<const std::uint8_t> levels, const ColourScale& scale) {
-  const std::size_t rows = levels.size() / columns;
-  std::string palette = "PLTE";
-  for (const Rgb8& colour : scale.colours) { palette.append(colour.begin(), colour.end()); }
-  palette.append(3, '\0');
-  std::string scanlines;
-  for (std::size_t row = 0; row < rows; ++row) {
-    scanlines += '\0';  // no filter
-    const auto line = levels.subspan(row * columns, columns);
-    scanlines.append(line.begin(), line.end());
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(columns);
+  image.height = static_cast<png_uint_32>(levels.size() / columns);
+  image.format = PNG_FORMAT_RGBA_COLORMAP;
+  image.colormap_entries = colour_levels + 1;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image) + 4 * scale.colours.size();
+  std::string png(size, '\0');
+  if (png_image_write_to_memory(&image, png.data(), &size, 0, levels.data(), 0,
+                                scale.colours.data()) == 0) {
+    throw std::runtime_error(std::string("libpng: ") + image.message);
   }
-  const std::string png =
-      "\x89PNG\r\n\x1a\n" +
-      png_chunk("IHDR" + big_endian(static_cast<std::uint32_t>(columns)) +
-                big_endian(static_cast<std::uint32_t>(rows)) + std::string("\x08\x03\0\0\0", 5)) +
-      png_chunk(palette) + png_chunk("tRNS" + std::string(colour_levels, '\xff') + '\0') +
-      png_chunk("IDAT" + deflate(scanlines)) + png_chunk("IEND");
+  png.resize(size);
   return "<image x=\"" + svg_number(x) + "\" y=\"" + svg_number(y) + "\" width=\"" +
          svg_number(width) + "\" height=\"" + svg_number(height) +
          "\" preserveAspectRatio=\"none\" href=\"data:image/png;base64," + base64(png) + "\"/>";
@@ -580,19 +566,15 @@ class Drawing {
 
   [[nodiscard]] std::string zone_label(const ZoneLabel& label) const {
     constexpr double base = 3.8;  // distance from the centre of a text line to its baseline
-    std::string markup;
-    for (std::size_t n = 0; n < label.lines.size(); ++n) {
-      const double line = zone_line * (0.5 + static_cast<double>(n));
-      const std::string content = escape_markup(label.lines[n]);
-      if (label.upright) {
-        markup += upright_text(left_ + label.middle - 0.5 * label.width + line + base,
-                               top_ + label_pad + 0.5 * label.height, " class=\"note\"", content);
-      } else {
-        markup += text_markup(left_ + label.middle, top_ + label_pad + line + base, "middle",
-                              " class=\"note\"", content);
-      }
+    const double x = left_ + label.middle;
+    const double y = top_ + label_pad;
+    const std::string text = escape_markup(label.text);
+    if (!label.upright) {
+      return text_markup(x, y + 0.5 * zone_line + base, "middle", " class=\"note\"", text);
     }
-    return markup;
+    return upright_text(x + base, y + 0.5 * label.height,
+                        " class=\"note\" style=\"font-size:" + svg_number(label.font) + "px\"",
+                        text);
   }
 
   static constexpr double bar_width = 14.0;
@@ -651,7 +633,7 @@ using Style = Series::Style;
 bool is_marked(Style style) { return style == Style::points || style == Style::line_and_points; }
 
 /// Returns true if points and dashed lines alternate in the whole figure.
-bool comes_in_pairs(const std::vector<Series>& series) {
+bool comes_in_pairs(const std::deque<Series>& series) {
   if (series.size() < 2 || series.size() % 2 != 0) { return false; }
   for (std::size_t n = 0; n < series.size(); n += 2) {
     if (!is_marked(series[n].style) || series[n + 1].style != Style::dashed) { return false; }

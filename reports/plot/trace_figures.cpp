@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "model/problem/recording.hpp"
-#include "reports/html/html_page.hpp"
 
 namespace palpate {
 namespace {
@@ -276,64 +275,6 @@ Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {
   return figure;
 }
 
-/// Frame and node of the largest displacement from the first frame.
-struct Furthest {
-  std::size_t frame = 0;
-  Eigen::Index node = 0;
-  double distance = 0.0;
-};
-
-Furthest furthest_of(const Trace& trace) {
-  Furthest furthest;
-  for (std::size_t n = 1; n < trace.frames.position.size(); ++n) {
-    if (trace.frames.position[n].cols() != trace.frames.position[0].cols() ||
-        !trace.frames.position[n].allFinite()) {
-      continue;
-    }
-    Eigen::Index node = 0;
-    const double distance =
-        (trace.frames.position[n] - trace.frames.position[0]).colwise().norm().maxCoeff(&node);
-    if (distance > furthest.distance) { furthest = {n, node, distance}; }
-  }
-  return furthest;
-}
-
-Figure slice(const Trace& trace, const Furthest& furthest) {
-  const NodeVectors& rest = trace.frames.position.front();
-  const NodeVectors& moved = trace.frames.position[furthest.frame];
-  const Eigen::Vector3d extent = rest.rowwise().maxCoeff() - rest.rowwise().minCoeff();
-  const double factor = enlargement(furthest.distance, extent.maxCoeff());
-  const double half_thickness = std::max(0.02 * extent.y(), 1e-9);
-  Series before{.label = "at rest", .style = Series::Style::points};
-  const double time =
-      furthest.frame < trace.frames.time.size() ? trace.frames.time[furthest.frame] : 0.0;
-  Series after{.label = "at " + short_number(time) + " s", .style = Series::Style::points};
-  for (Eigen::Index i = 0; i < rest.cols(); ++i) {
-    if (std::abs(rest(1, i) - rest(1, furthest.node)) > half_thickness) { continue; }
-    const Eigen::Vector3d drawn = rest.col(i) + factor * (moved.col(i) - rest.col(i));
-    before.x.push_back(1e3 * rest(0, i));
-    before.y.push_back(1e3 * rest(2, i));
-    after.x.push_back(1e3 * drawn.x());
-    after.y.push_back(1e3 * drawn.z());
-  }
-  Figure figure{.id = "snapshot",
-                .title = "Largest displacement",
-                .caption = "Nodes of the slice y = " + short_number(1e3 * rest(1, furthest.node)) +
-                           " mm at rest and when one of them has moved furthest, by " +
-                           short_number(1e3 * furthest.distance) + " mm; displacements are drawn " +
-                           (factor == 1.0 ? "to scale" : short_number(factor) + " times larger") +
-                           ". The skin is above.",
-                .x = {.label = "x (mm)"},
-                .y = {.label = "z (mm)"},
-                .series = {before, after},
-                .square = true};
-  const auto [low, high] = std::ranges::minmax(before.y);
-  const double rim = 0.08 * std::max(high - low, 1e3 * extent.x());
-  figure.y.minimum = high + rim;  // z points into the tissue, so the axis increases downwards
-  figure.y.maximum = low - rim;
-  return figure;
-}
-
 }  // namespace
 
 Figure figure_over(const Trace& trace, Over over, const std::string& id, const std::string& title,
@@ -496,16 +437,6 @@ double enlargement(double distance, double extent) {
   if (wanted <= 1.0) { return 1.0; }
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
   return decade * (wanted / decade >= 5.0 ? 5.0 : wanted / decade >= 2.0 ? 2.0 : 1.0);
-}
-
-std::optional<Figure> snapshot_figure(const Trace& trace) {
-  constexpr Eigen::Index fewest_nodes = 8;
-  if (trace.frames.position.size() < 2 || trace.frames.position.front().cols() < fewest_nodes) {
-    return std::nullopt;
-  }
-  const Furthest furthest = furthest_of(trace);
-  if (furthest.distance <= 0.0) { return std::nullopt; }
-  return slice(trace, furthest);
 }
 
 }  // namespace palpate

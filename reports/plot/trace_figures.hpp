@@ -73,8 +73,4 @@ std::vector<Figure> figures_over_time(const Trace& trace);
 /// 1, 2 or 5 times a power of ten, at least 1.
 double enlargement(double distance, double extent);
 
-/// Nodes of the slice with the largest displacement, at rest and at that frame. Returns nothing if
-/// all frames equal the first.
-std::optional<Figure> snapshot_figure(const Trace& trace);
-
 }  // namespace palpate

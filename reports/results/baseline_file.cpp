@@ -10,7 +10,6 @@
 #include "model/problem/input_error.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
-#include "validation/gate/baseline.hpp"
 
 namespace palpate {
 namespace {

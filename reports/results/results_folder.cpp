@@ -7,10 +7,8 @@
 #include <cmath>
 
 #include "fixtures/io/file_bytes.hpp"
-#include "fixtures/io/hdf5_file.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/results/results.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/number_text.hpp"
 
@@ -217,12 +215,12 @@ void read_figure_data(const std::filesystem::path& traces, Outcome& outcome) {
 }
 
 void write_figures(io::Hdf5File& file, const std::string& above,
-                   const std::vector<Figure>& figures) {
+                   const std::deque<Figure>& figures) {
   for (const Figure& figure : figures) { write_figure(file, above, figure); }
 }
 
 void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
-                  const std::string& above, std::vector<Figure>& figures) {
+                  const std::string& above, std::deque<Figure>& figures) {
   for (Figure& figure : figures) { read_figure(file, path, above, figure); }
 }
 

@@ -29,10 +29,9 @@ void read_figure_data(const std::filesystem::path& traces, Outcome& outcome);
 
 /// Write and read figures below the group `above` of any HDF5 file. `path` is used in error
 /// messages.
-void write_figures(io::Hdf5File& file, const std::string& above,
-                   const std::vector<Figure>& figures);
+void write_figures(io::Hdf5File& file, const std::string& above, const std::deque<Figure>& figures);
 void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
-                  const std::string& above, std::vector<Figure>& figures);
+                  const std::string& above, std::deque<Figure>& figures);
 
 /// Writes every file under a temporary name and renames it; report.html is last.
 void write_results_folder(const std::filesystem::path& folder, const Results& results);

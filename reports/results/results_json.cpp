@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -13,9 +12,7 @@
 
 #include "html_templates.hpp"
 
-#include "model/problem/input_error.hpp"
 #include "reports/html/html_template.hpp"
-#include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "validation/number_text.hpp"
 
@@ -190,8 +187,8 @@ Timing timing_from(const Json& json) {
   return {json.at("name"), number_from_json(json.at("value")), json.at("unit")};
 }
 
-template <class Item, class Convert>
-void read_list(const Json& list, std::vector<Item>& items, const Convert& convert) {
+template <class Items, class Convert>
+void read_list(const Json& list, Items& items, const Convert& convert) {
   for (const Json& each : list) { items.push_back(convert(each)); }
 }
 

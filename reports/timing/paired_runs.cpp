@@ -13,7 +13,6 @@
 
 #include "model/problem/input_error.hpp"
 #include "reports/timing/child_process.hpp"
-#include "validation/bench/timing.hpp"
 #include "validation/number_text.hpp"
 #include "validation/random.hpp"
 

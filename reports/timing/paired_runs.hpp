@@ -9,7 +9,7 @@
 #include <string>
 
 #include "reports/timing/step_library.h"
-#include "validation/bench/paired_cases.hpp"
+#include "validation/bench/bench_cases.hpp"
 #include "validation/bench/timing.hpp"
 
 namespace palpate::timing {

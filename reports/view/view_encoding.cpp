@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <boost/archive/iterators/base64_from_binary.hpp>
 #include <boost/archive/iterators/transform_width.hpp>
 #include <cmath>
@@ -17,7 +16,6 @@
 
 #include "view_assets.hpp"
 
-#include "reports/html/html_page.hpp"
 #include "reports/plot/trace_figures.hpp"
 #include "reports/results/results_json.hpp"
 
@@ -95,7 +93,7 @@ struct Scales {
   double stiffest = 0.0;                  ///< largest stiffness [N/m]
 };
 
-Scales scales_of(const View& view, int bits) {
+Scales scales_of(const View& view) {
   Scales scales;
   scales.low = view.rest.rowwise().minCoeff();
   scales.extent = view.rest.rowwise().maxCoeff() - scales.low;
@@ -107,7 +105,7 @@ Scales scales_of(const View& view, int bits) {
     scales.force =
         std::max(scales.force, static_cast<double>(frame.line.row(3).cwiseAbs().maxCoeff()));
   }
-  scales.step = largest / (std::ldexp(1.0, bits - 1) - 1.0);
+  scales.step = largest / std::numeric_limits<std::int16_t>::max();
   scales.softest = std::numeric_limits<double>::infinity();  // minimum over nodes with stiffness
   const auto reach = [&scales](double stiffness) {
     if (stiffness > 0.0) { scales.softest = std::min(scales.softest, stiffness); }
@@ -283,8 +281,8 @@ std::string header_of(const View& view, const Scales& scales) {
   return script_text(header);
 }
 
-EncodedView encode_to(const View& view, int bits) {
-  const Scales scales = scales_of(view, bits);
+EncodedView encoded_whole(const View& view) {
+  const Scales scales = scales_of(view);
   PackedBytes packed;
   pack_nodes(packed, view, scales);
   pack_springs(packed, view, scales);
@@ -439,30 +437,18 @@ Rgb interpolated_colour(std::span<const unsigned> codes, double share) {
 }
 
 EncodedView encode(View view, std::size_t most) {
-  constexpr std::size_t fewest_frames = 8;
-  EncodedView encoded;
-  for (int bits : {16, 13, 11}) {
-    encoded = encode_to(view, bits);
-    if (encoded.numbers.size() <= most) {
-      if (bits < 16) {
-        encoded.notes.push_back("displacements are shown to " +
-                                quantity(mm * scales_of(view, bits).step, "mm") +
-                                " to keep the page small");
-      }
-      return encoded;
-    }
-  }
   const std::size_t all = view.frames.size();
-  for (std::size_t before = 0;
-       encoded.numbers.size() > most && view.frames.size() != before && before != fewest_frames;) {
+  EncodedView encoded = encoded_whole(view);
+  for (std::size_t before = all + 1;
+       encoded.numbers.size() > most && view.frames.size() < before;) {
     before = view.frames.size();
     halve_frames(view);
-    encoded = encode_to(view, 11);
+    encoded = encoded_whole(view);
   }
-  encoded.notes.push_back(std::to_string(view.frames.size()) + " of " + std::to_string(all) +
-                          " instants are shown, and displacements to " +
-                          quantity(mm * scales_of(view, 11).step, "mm") +
-                          ", to keep the page small");
+  if (view.frames.size() < all) {
+    encoded.notes.push_back(std::to_string(view.frames.size()) + " of " + std::to_string(all) +
+                            " instants are shown, to keep the page small");
+  }
   return encoded;
 }
 

@@ -53,7 +53,7 @@ struct EncodedView {
 };
 
 /// Encodes a view. Displacements are quantised to 1/32767 of the largest coordinate. If the result
-/// exceeds `most` bytes, coarser steps are used, then every second frame is removed until it fits.
+/// exceeds `most` bytes, every second frame is removed until it fits.
 EncodedView encode(View view, std::size_t most = most_view_bytes);
 
 // Page section with the 3-D view of a run, and its pictures for print and for browsers without

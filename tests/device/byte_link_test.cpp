@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include "device/falcon/driver.hpp"
-#include "device/falcon/emulator.hpp"
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"
 

@@ -8,10 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <vector>
 
 #include "device/falcon/driver.hpp"
-#include "device/falcon/emulator.hpp"
 #include "tests/device/falcon/samples.hpp"
 
 namespace {

@@ -2,8 +2,6 @@
 
 #include "device/hand.hpp"
 
-#include <cmath>
-
 #include "tests/check.hpp"
 
 namespace {

@@ -2,8 +2,6 @@
 
 #include "device/servo_loop.hpp"
 
-#include <cmath>
-
 #include "tests/check.hpp"
 
 using namespace palpate::device;

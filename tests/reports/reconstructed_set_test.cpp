@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "fixtures/io/recording_file.hpp"
-#include "model/problem/recording.hpp"
 #include "reports/recording_input.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"

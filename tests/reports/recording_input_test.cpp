@@ -5,8 +5,6 @@
 #include <set>
 #include <sstream>
 
-#include "fixtures/io/recording_file.hpp"
-#include "model/problem/recording.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
 #include "validation/claims/clinical_fixture.hpp"

@@ -3,7 +3,6 @@
 #include "reports/run_report.hpp"
 
 #include "model/problem/recording.hpp"
-#include "model/problem/trace.hpp"
 #include "reports/plot/trace_figures.hpp"
 #include "tests/check.hpp"
 
@@ -36,21 +35,6 @@ TEST("columns of one record and unit share a figure, and positions start at zero
   CHECK_NEAR(figures[0].series[0].y[1], 0.1, 1e-15);  // rounding of a difference near one
   CHECK(figures[0].series[1].label == "y");
   CHECK(figures[1].series[0].label == "fx");
-}
-
-TEST("the snapshot shows the slice of the node that moved furthest; without motion there is none") {
-  const auto figure = snapshot_figure(moving_block());
-  REQUIRE(figure);
-  CHECK(figure->series.size() == 2);
-  CHECK(figure->series[0].x.size() == 9);
-  CHECK_CONTAINS(figure->caption, "0.1 mm", "10 times larger");
-  CHECK(*figure->y.minimum > *figure->y.maximum);
-  Trace trace = moving_block();
-  trace.frames.position[1] = trace.frames.position[0];
-  CHECK(!snapshot_figure(trace));
-  CHECK_CONTAINS(to_html(RunReport{.title = "empty"}, Trace{}), "empty");
-  trace.frames.position[1](0, 0) = std::nan("");
-  CHECK(!snapshot_figure(trace));
 }
 
 TEST("the page makes no request, escapes what it shows and gives the same bytes twice") {
@@ -243,6 +227,7 @@ TEST("the page begins with the tool, also of a run that broke off or holds no nu
   CHECK_ORDER(html, "Key facts", "Forces on the tool", "<h2>Events");
   CHECK_LACKS(html, "epidural <space>");
   CHECK(html == to_html(report, trace));
+  CHECK_CONTAINS(to_html(RunReport{.title = "empty"}, Trace{}), "empty");
   for (const char* column : {"tool.depth_m", "tool.force_n"}) { set(trace, column, std::nan("")); }
   CHECK_CONTAINS(to_html(RunReport{.title = "broken"}, trace), "Forces on the tool");
   trace = needle_trace();

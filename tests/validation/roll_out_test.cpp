@@ -2,8 +2,11 @@
 
 #include "validation/roll_out.hpp"
 
+#include "device/falcon/wire_recording.hpp"
 #include "tests/check.hpp"
 #include "tests/validation/insertion_scenes.hpp"
+#include "validation/claims/tool_fixture.hpp"
+#include "validation/subject/falcon_loop.hpp"
 
 namespace {
 
@@ -45,6 +48,165 @@ TEST("no more events are kept than requested, and none without a tool") {
   bare.needle.reset();
   bare.drive.reset();
   CHECK(run_of(bare, 5).keyframes.time.empty());
+}
+
+Scene held_scene() {
+  Scene scene = tools::seven_soft_layers(0.006, 4);
+  scene.drive = Drive{.kind = Drive::Kind::falcon, .from = -0.002, .speed = 0.03};
+  scene.falcon = FalconDrive{.hand = FalconDrive::Hand::firm, .seed = 5};
+  scene.simulation = {.duration = 1.2, .step = 1e-3};
+  return scene;
+}
+
+struct Held {
+  Trace run{};
+  FalconFacts facts{};
+};
+
+Held hold(const Scene& scene, const FalconLoopOptions& options = {}) {
+  ModelSubject subject{Simulation(scene)};
+  Held held;
+  held.run = roll_out(subject, scene, {}, {.device = options, .falcon = &held.facts});
+  return held;
+}
+
+TEST("the tool follows the hand through the layers, and their force acts on the hand") {
+  const Held held = hold(held_scene());
+  CHECK(!held.run.diverged);
+  CHECK(held.facts.lost_resistance_at.has_value());
+  CHECK(held.facts.ticks == 1200);
+  CHECK(held.facts.unanswered == 0);
+  CHECK(held.facts.largest_requested > 1.0);
+  // The motors lag by half a millisecond and words are integers: the force does not exceed the
+  // command by more than two words per motor, 0.0026 N each, in the weakest direction.
+  CHECK(held.facts.largest_delivered <= held.facts.largest_requested + 0.02);
+}
+
+void check_equal(const Trace& first, const Trace& second) {
+  REQUIRE(first.columns.size() == second.columns.size());
+  for (std::size_t n = 0; n < first.columns.size(); ++n) {
+    CHECK(first.columns[n].values == second.columns[n].values);
+  }
+}
+
+TEST("two runs are the same to the bit") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.5;  // some layers deep
+  check_equal(hold(scene).run, hold(scene).run);
+}
+
+/// First tick at which a column exceeds a force [N].
+std::ptrdiff_t first_force(const Trace& run, const char* column, double above) {
+  const std::vector<double>& force = run.find(column)->values;
+  const auto found = std::ranges::find_if(force, [above](double f) { return f > above; });
+  REQUIRE(found != force.end());
+  return found - force.begin();
+}
+
+TEST("one tick of delay more shows in the force on the hand") {
+  Scene scene = held_scene();
+  scene.falcon->quantised = false;
+  scene.simulation.duration = 0.3;
+  const auto first = [&](int extra) {
+    return first_force(hold(scene, {.extra_delay = extra}).run, "device.requested_n", 0.0);
+  };
+  CHECK(first(1) == first(0) + 1);
+  CHECK(first(3) == first(0) + 3);
+}
+
+TEST("a quicker hand overshoots less, and a tissue slower than the loop has ticks in between") {
+  Scene scene = held_scene();
+  scene.falcon->reaction_delay = 0.0;
+  const double quick = hold(scene).facts.overshoot;
+  scene.falcon->reaction_delay = 0.15;
+  // The intent continues at 30 mm/s for 0.15 s; deeper layers may absorb part of it.
+  CHECK(hold(scene).facts.overshoot > quick + 0.5 * 0.03 * 0.15);
+  scene = held_scene();
+  scene.falcon->rate = 2000.0;
+  scene.simulation.duration = 0.5;
+  CHECK(hold(scene).facts.ticks == 1000);
+  scene.falcon->between = FalconDrive::Between::extrapolate;
+  CHECK(!hold(scene).run.diverged);
+}
+
+TEST("a clock changes when a tick is computed and nothing else") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.2;
+  ModelSubject subject{Simulation(scene)};
+  device::VirtualClock time;
+  device::DeadlineClock clock(1.0 / scene.falcon->rate, time);
+  const Trace paced = roll_out(subject, scene, {}, {.clock = &clock});
+  CHECK(clock.facts().ticks == 200);
+  CHECK_NEAR(time.now(), 0.199, 1e-15);  // tick 199 is due then
+  check_equal(paced, hold(scene).run);
+}
+
+TEST("packets of a run that are replayed to another device have the same replies to the bit") {
+  Scene scene = held_scene();
+  scene.simulation.duration = 0.5;  // resistance is not lost yet: the hand gets no signal
+  device::falcon::WireRecording recording(4000);
+  const Held held = hold(scene, {.observer = &recording});
+  CHECK(!held.facts.lost_resistance_at);
+  CHECK(recording.records().size() == 2000);  // two exchanges a tick
+  device::falcon::PlantBody body(falcon_options(scene).body, hand_of(scene));
+  device::falcon::Emulator emulator(body, {.loaded = true});
+  const device::falcon::ReplayResult again = device::falcon::replay(recording, emulator);
+  CHECK(again.requests == 1000);
+  CHECK(again.different_replies == 0);
+}
+
+TEST("faults on the line are counted and act on the force in the loop") {
+  Scene scene = held_scene();
+  const auto faulty = [&](device::falcon::LinkFault fault) {
+    return hold(scene, {.faults = {.seed = 3, .faults = {fault}}});
+  };
+  using Kind = device::falcon::LinkFault::Kind;
+  const Held sound = hold(scene);
+  // 16 bytes arrive with probability 0.99^16 in each direction: 72.5 % of exchanges have a reply.
+  const Held lossy = faulty({.kind = Kind::drop, .probability = 0.01});
+  CHECK(lossy.facts.unanswered > 200);
+  CHECK(lossy.facts.unanswered < 460);
+  CHECK(!lossy.run.diverged);
+  // Latency delays input and output; the loop keeps its rate. With one millisecond in each
+  // direction the first force is two ticks late.
+  const auto first = [](const Held& held) {
+    return first_force(held.run, "device.delivered_n", 0.05);
+  };
+  const Held late = faulty({.kind = Kind::latency, .latency = 1e-3});
+  CHECK(late.facts.ticks == sound.facts.ticks);
+  CHECK(late.facts.unanswered < 60);  // of 1200: a reply at a tick's border can belong to either
+  CHECK(first(late) >= first(sound) + 2);
+  CHECK(first(late) <= first(sound) + 4);
+  // After 100 ms without link the watchdog releases the motors: no force despite a larger command.
+  const Held unplugged = faulty({.kind = Kind::unplug, .start = 0.6, .end = 0.7});
+  const std::size_t tick = 660;
+  CHECK(sound.run.find("device.delivered_n")->values[tick] > 0.1);
+  CHECK_NEAR(unplugged.run.find("device.delivered_n")->values[tick], 0.0, 1e-6);
+}
+
+TEST("the loop of a device that lost its zero uses neither its position nor its motors") {
+  using Kind = device::falcon::LinkFault::Kind;
+  const Held sound = hold(held_scene());
+  CHECK(sound.facts.unhomed == 0);
+  const device::falcon::LinkFault off{.kind = Kind::power_loss, .start = 0.6, .end = 0.65};
+  const Held lost = hold(held_scene(), {.faults = {.seed = 3, .faults = {off}}});
+  CHECK(!lost.run.diverged);
+  CHECK(lost.facts.unhomed > 500);  // of the 550 ticks after power returned
+  CHECK(lost.facts.largest_requested <= sound.facts.largest_requested);
+  const auto last = [](const Held& held, const char* name) {
+    return held.run.find(name)->values.back();
+  };
+  CHECK(last(sound, "device.requested_n") > 0.0);
+  CHECK(last(lost, "device.requested_n") == 0.0);
+  // An additional lost reply does not return stale bytes.
+  const device::falcon::LinkFault drop{.kind = Kind::drop, .probability = 0.01, .start = 0.65};
+  const Held lossy = hold(held_scene(), {.faults = {.seed = 3, .faults = {off, drop}}});
+  CHECK(lossy.facts.unanswered > 50);
+  CHECK(lossy.facts.largest_requested <= sound.facts.largest_requested);
+  CHECK(last(lossy, "device.requested_n") == 0.0);
+  // Nothing moves the handle: the needle stays at its last position.
+  const std::vector<double>& place = lost.run.find("tool.insertion_m")->values;
+  CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/stepping/simulation.hpp"
+#include "validation/bench/timing.hpp"
 #include "validation/case.hpp"
 
 namespace palpate::timing {
@@ -47,6 +48,9 @@ Workload find_workload(const std::string& name);
 
 Simulation simulation_of(const Workload& workload);
 
+/// Adds a very weak spring that is not part of a regular lattice, so that the list kernel is used.
+void break_lattice(SpringNetwork& network);
+
 // Cases of `palpate bench` (suite "timing"), which run one at a time.
 
 std::vector<Case> kernel_cases();     ///< kernels, instruction sets, threads, skips
@@ -61,5 +65,36 @@ std::vector<Case> all_benches(const timing::InstructionCounter& counter);
 /// Returns the benchmark problem for mass-spring programs: n x n x n nodes of 1 g, 10 mm apart, 26
 /// neighbours with 50 N/m and 0.05 N s/m, one face fixed, 0.1 N on the middle of the opposite face.
 Scene s26_scene(int n);
+
+// Comparison of two builds of the model by wall clock in pairs and by instructions.
+
+/// Times and instruction counts of two builds for one scene.
+struct PairedFinding {
+  std::vector<timing::PairedStart> starts{};
+  bool same_motion = false;
+  timing::InstructionCount base{};  ///< instructions of the same ticks
+  timing::InstructionCount head{};
+};
+
+/// Version of the head: as built, or slowed down deliberately.
+enum class Head { as_built, planted };
+
+/// Function that measures a scene by name; `seed` determines the order within pairs.
+using PairedMeasurement =
+    std::function<PairedFinding(const std::string& scene, Head head, std::uint64_t seed)>;
+
+/// Returns true if the head is slower: the lower limit of the ratio of times is above 1.03, and it
+/// executes more instructions or misses more deadlines. Without instruction counts the time decides
+/// alone.
+bool is_slower(const PairedFinding& finding);
+
+/// Returns the cases "bench/paired/SCENE", which compare the head with the base.
+std::vector<Case> paired_cases(const std::vector<std::string>& scenes,
+                               const PairedMeasurement& measure);
+
+/// Returns the cases "bench/self-test/SCENE": comparisons of a build with itself, and with itself
+/// slowed down by one tick in twenty.
+std::vector<Case> self_test_cases(const std::vector<std::string>& scenes, int comparisons,
+                                  const PairedMeasurement& measure);
 
 }  // namespace palpate::bench

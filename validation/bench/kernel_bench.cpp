@@ -1,26 +1,213 @@
 // SPDX-License-Identifier: MIT
-/// Tables and figures of `bench/kernels`.
+/// Kernels that are timed: S26 with n nodes a side (bench_cases.hpp), in all available variants;
+/// and the cases of `palpate bench` that time them.
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <memory>
-#include <span>
-#include <string>
 #include <thread>
-#include <vector>
 
+#include "model/kernels/lattice_network.hpp"
 #include "model/kernels/lattice_rows.hpp"
-#include "model/stepping/simulation.hpp"
+#include "model/kernels/network_system.hpp"
+#include "model/stepping/integrator.hpp"
+#include "model/stepping/step_plan.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/bench_cases.hpp"
-#include "validation/bench/kernel_variants.hpp"
-#include "validation/bench/timing.hpp"
-#include "validation/outcome.hpp"
-#include "validation/text.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::bench {
 
 namespace {
+
+struct KernelVariant {
+  const char* name = "";
+  Precision precision = Precision::double_precision;
+  bool lattice = true;  ///< false: the same springs in a list
+  bool uneven = false;  ///< individual stiffness for every spring
+  bool damped = true;
+  int threads = 1;
+  /// lattice::Kernels::name of a lattice; nullptr: the best on this processor
+  const char* instructions = nullptr;
+
+  [[nodiscard]] bool in_double() const { return precision == Precision::double_precision; }
+};
+
+constexpr Precision single = Precision::single_precision;
+
+constexpr std::array<KernelVariant, 12> all_variants{
+    {{.name = "lattice, double"},
+     {.name = "lattice, float", .precision = single},
+     {.name = "lattice, own stiffness, double", .uneven = true},
+     {.name = "lattice, own stiffness, float", .precision = single, .uneven = true},
+     {.name = "lattice, undamped, double", .damped = false},
+     {.name = "lattice, undamped, float", .precision = single, .damped = false},
+     {.name = "lattice, own stiffness, undamped, double", .uneven = true, .damped = false},
+     {.name = "lattice, own stiffness, undamped, float",
+      .precision = single,
+      .uneven = true,
+      .damped = false},
+     {.name = "list, double", .lattice = false},
+     {.name = "list, float", .precision = single, .lattice = false},
+     {.name = "list, undamped, double", .lattice = false, .damped = false},
+     {.name = "list, undamped, float", .precision = single, .lattice = false, .damped = false}}};
+
+double nodes(int n) { return std::pow(n, 3); }
+
+double size_of_number(const KernelVariant& variant) {
+  return static_cast<double>(variant.in_double() ? sizeof(double) : sizeof(float));
+}
+
+/// Numbers of its springs that a node has for itself.
+double constants_per_node(const KernelVariant& variant) {
+  if (!variant.uneven) { return 0.0; }
+  return lattice::slots * (variant.damped ? 2.0 : 1.0);
+}
+
+NetworkProblem problem_of(const KernelVariant& variant, int n) {
+  const Scene scene = s26_scene(n);
+  SpringNetwork network = build_network(scene);
+  long place = 0;
+  network.springs.change_each([&](Spring& spring) {
+    // Golden ratio: spread evenly between 0.75 and 1.25, no two alike.
+    const double share = 0.618033988749895 * static_cast<double>(place++);
+    if (variant.uneven) { spring.stiffness *= 0.75 + 0.5 * (share - std::floor(share)); }
+    if (!variant.damped) { spring.viscosity = 0.0; }
+  });
+  if (!variant.lattice) { break_lattice(network); }
+  const std::vector<Load> loads = resolve_loads(scene, network);
+  return NetworkProblem(std::move(network), loads);
+}
+
+constexpr double h = 1e-3;  ///< [s]
+
+template <class Real>
+std::unique_ptr<NetworkSystem<Real>> system_of(const NetworkProblem& problem,
+                                               const KernelVariant& variant) {
+  if (variant.instructions == nullptr) {
+    return make_network_system<Real>(
+        problem, {.h = h, .lattice = variant.lattice, .threads = variant.threads});
+  }
+  const std::vector<lattice::Kernels<Real>> kernels = lattice_kernels<Real>();
+  const std::string_view name = variant.instructions;
+  const auto wanted =
+      std::ranges::find_if(kernels, [&](const auto& set) { return set.name == name; });
+  return make_lattice_network<Real>(problem, {.threads = variant.threads, .kernels = *wanted});
+}
+
+/// Semi-implicit Euler with steps of 1 ms, without the setup of a Simulation: bounds of the
+/// spectrum alone take minutes for a million nodes.
+struct Stepping {
+  std::function<void(long times)> step{};
+  double springs = 0.0;  ///< computed in a step
+};
+
+/// State of a kernel that is stepped.
+template <class Real> struct SteppedKernel {
+  SteppedKernel(const KernelVariant& variant, int n)
+      : problem(problem_of(variant, n)),
+        system(system_of<Real>(problem, variant)),
+        state{system->initial_position(), system->initial_velocity()},
+        integrator(find_integrator("euler-cromer")->make<Real>()) {
+    integrator->prepare(*system, state, h);
+    integrator->start(*system, state, 0.0, h);
+  }
+
+  NetworkProblem problem;
+  std::unique_ptr<NetworkSystem<Real>> system;
+  State<Real> state;
+  std::unique_ptr<Integrator<Real>> integrator;
+  long steps = 0;
+};
+
+template <class Real> Stepping stepping_in(const KernelVariant& variant, int n) {
+  const auto kernel = std::make_shared<SteppedKernel<Real>>(variant, n);
+  const auto step = [kernel](long times) {
+    for (long k = 0; k < times; ++k) {
+      kernel->integrator->step(*kernel->system, kernel->state,
+                               h * static_cast<double>(kernel->steps++), h);
+    }
+  };
+  return {.step = step, .springs = static_cast<double>(kernel->system->spring_count())};
+}
+
+std::span<const KernelVariant> kernel_variants() { return all_variants; }
+
+/// Returns the variants that memory bandwidth may limit, for the largest size.
+std::span<const KernelVariant> largest_variants() { return std::span(all_variants).first(4); }
+
+Stepping stepping_of(const KernelVariant& variant, int n) {
+  return variant.in_double() ? stepping_in<double>(variant, n) : stepping_in<float>(variant, n);
+}
+
+/// Returns the minimum memory traffic of a step in one pass from the layout (lattice_view.hpp)
+/// [bytes]: per node, position, velocity and force read and written, inverse mass read, and spring
+/// constants that rows do not share.
+double bytes_moved(const KernelVariant& variant, int n) {
+  constexpr double read_and_written = 2.0 * 3.0 * 3.0;
+  constexpr double inverse_mass = 1.0;
+  return (read_and_written + inverse_mass + constants_per_node(variant)) * size_of_number(variant) *
+         nodes(n);
+}
+
+/// Returns the size of all data that a step accesses [bytes].
+double working_set(const KernelVariant& variant, int n) {
+  return (3.0 * 3.0 + 1.0 + constants_per_node(variant)) * size_of_number(variant) * nodes(n);
+}
+
+// Limits of this machine, measured together with the kernels.
+
+constexpr long roots_at_once = 2048;
+
+/// Returns work of one square root and one division per number, with the instructions of the
+/// lattice kernels: a lower limit of the cost of a spring. Buffers stay in the first-level cache;
+/// one repetition processes `roots_at_once` numbers.
+template <class Real> std::function<void(long times)> roots_and_quotients() {
+  std::vector<Real> from(roots_at_once);
+  for (std::size_t n = 0; n < from.size(); ++n) {
+    from[n] = static_cast<Real>(1.0 + 1e-3 * static_cast<double>(n % 997));
+  }
+  return [from, to = from,
+          limit = lattice_kernels<Real>().front().roots_and_quotients](long times) mutable {
+    for (long n = 0; n < times; ++n) { limit(from.data(), to.data(), roots_at_once); }
+  };
+}
+/// Returns work of the vector update a += x b: two numbers read and one written in place, without
+/// other memory traffic. The two vectors together have `bytes`, so the bandwidth is that of the
+/// cache or memory level for a working set of this size. One repetition moves 1.5 `bytes`.
+std::function<void(long times)> vector_update(double bytes) {
+  const std::vector<double> zeros(static_cast<std::size_t>(bytes / (2.0 * sizeof(double))), 0.0);
+  return [a = zeros, b = std::vector<double>(zeros.size(), 1.0)](long times) mutable {
+    for (long time = 0; time < times; ++time) {
+      const double x = 1e-9 * static_cast<double>(time);
+      for (std::size_t n = 0; n < a.size(); ++n) { a[n] += x * b[n]; }
+    }
+  };
+}
+
+/// Returns the slowdown of a thread by a second thread with its own work: 1 on two idle processors,
+/// 2 if both share one, in between if memory limits them. Median of rounds, wall clock.
+double side_by_side_slowdown(const std::function<void()>& mine,
+                             const std::function<void()>& other) {
+  const Contender alone{"alone", [&](long) { mine(); }, Clock::wall};
+  const Contender together{"together",
+                           [&](long) {
+                             std::thread second(other);
+                             mine();
+                             second.join();
+                           },
+                           Clock::wall};
+  const std::vector<Timed> timed = time_interleaved({alone, together}, {.rounds = 9, .batch = 0.0});
+  return timed[1].median / timed[0].median;
+}
+
+/// Returns the same slowdown for roots and quotients, which do not use memory.
+double side_by_side_slowdown() {
+  constexpr long times = 4000;  // some 20 ms
+  const auto mine = roots_and_quotients<double>();
+  const auto other = roots_and_quotients<double>();
+  return side_by_side_slowdown([&] { mine(times); }, [&] { other(times); });
+}
 
 /// Cost of the square root and division of a spring [ns].
 struct RootLimits {
@@ -57,19 +244,17 @@ struct KernelSize {
 std::string two_digits(double value) { return formatted("%.2f", value); }
 
 Table times_table(std::span<const KernelSize> sizes) {
-  Table table{.id = "kernels",
-              .title = "Time of a spring in a step",
-              .caption =
-                  "Nanoseconds per spring and step of semi-implicit Euler: least, and median in "
-                  "brackets, of interleaved rounds by the processor time of one thread. A lattice "
-                  "takes the step in one pass over memory.",
-              .columns = {"kernel"},
-              .timing = true};
+  Table table = make_table("kernels", "Time of a spring in a step",
+                           "Nanoseconds per spring and step of semi-implicit Euler: least, and "
+                           "median in brackets, of interleaved rounds by the processor time of one "
+                           "thread. A lattice takes the step in one pass over memory.",
+                           {"kernel"});
+  table.timing = true;
   for (const KernelSize& size : sizes) {
     table.columns.push_back("n = " + std::to_string(size.n) + " (ns)");
   }
   for (const KernelVariant& variant : kernel_variants()) {
-    std::vector<Cell> row{std::string(variant.name)};
+    std::vector<Cell> row{variant.name};
     for (const KernelSize& size : sizes) {
       const KernelTime* time = size.find(variant.name);
       row.emplace_back(
@@ -81,25 +266,22 @@ Table times_table(std::span<const KernelSize> sizes) {
 }
 
 Table bounds_table(std::span<const KernelSize> sizes) {
-  Table table{.id = "bounds",
-              .title = "How far lattices are from what the machine allows",
-              .caption =
-                  "The bound is the larger of two: a square root and a division; and the bytes "
-                  "that a step in one pass cannot do without (of each node position and velocity, "
-                  "read and written, the inverse mass, read; with a stiffness of its own also 13 "
-                  "pairs of constants, 13 numbers undamped) at the bandwidth that a += x b reached "
-                  "over as much data in the same rounds.",
-              .columns = {"kernel", "n", "bytes per spring", "bandwidth (GB/s)", "memory (ns)",
-                          "root, quotient (ns)", "time (ns)", "time / bound"},
-              .timing = true};
+  Table table = make_table(
+      "bounds", "How far lattices are from what the machine allows",
+      "The bound is the larger of two: a square root and a division; and the bytes that a step in "
+      "one pass cannot do without (of each node position and velocity, read and written, the "
+      "inverse mass, read; with a stiffness of its own also 13 pairs of constants, 13 numbers "
+      "undamped) at the bandwidth that a += x b reached over as much data in the same rounds.",
+      {"kernel", "n", "bytes per spring", "bandwidth (GB/s)", "memory (ns)", "root, quotient (ns)",
+       "time (ns)", "time / bound"});
+  table.timing = true;
   for (const KernelVariant& variant : kernel_variants()) {
     if (!variant.lattice) { continue; }
     for (const KernelSize& size : sizes) {
       const KernelTime* t = size.find(variant.name);
       if (t == nullptr) { continue; }
-      table.rows.push_back({std::string(variant.name), static_cast<double>(size.n), t->bytes,
-                            1e-9 * t->bandwidth, t->memory(), t->root, t->least,
-                            t->least / t->bound()});
+      table.rows.push_back({variant.name, size.n, t->bytes, 1e-9 * t->bandwidth, t->memory(),
+                            t->root, t->least, t->least / t->bound()});
     }
   }
   return table;
@@ -130,15 +312,12 @@ Figure times_figure(std::span<const KernelSize> sizes, const RootLimits& limits,
                     Precision precision) {
   const bool in_double = precision == Precision::double_precision;
   const std::string kind = in_double ? "double" : "float";
-  Figure figure{
-      .id = "kernels-" + kind,
-      .title = "Time of a spring in a step by size, " + kind,
-      .caption =
-          "Least of interleaved rounds. Dashed, what no damped lattice can beat: a square root and "
-          "a division; and what memory takes for the bytes of a step, in the same rounds.",
-      .x = {.label = "nodes along a side (1)", .logarithmic = true},
-      .y = {.label = "time per spring and step (ns)", .logarithmic = true},
-      .timing = true};
+  Figure figure =
+      plot("kernels-" + kind, "Time of a spring in a step by size, " + kind,
+           "Least of interleaved rounds. Dashed, what no damped lattice can beat: a square root "
+           "and a division; and what memory takes for the bytes of a step, in the same rounds.",
+           logarithmic("nodes along a side (1)"), logarithmic("time per spring and step (ns)"));
+  figure.timing = true;
   for (const KernelVariant& variant : kernel_variants()) {
     if (variant.precision != precision ||
         (!variant.damped && (variant.uneven || !variant.lattice))) {
@@ -235,32 +414,8 @@ void measure_kernels(const CaseContext& context, Outcome& outcome) {
                      times_figure(sizes, limits, Precision::single_precision)};
 }
 
-}  // namespace
-
-Scene s26_scene(int n) {
-  Scene scene;
-  scene.title = "S26, " + std::to_string(n) + " nodes a side";
-  scene.simulation = {.duration = 0.1, .step = 1e-3, .integrator = "euler-cromer"};
-  scene.simulation.substeps = 1;
-  scene.tissue.source = Source::lattice;
-  scene.tissue.fixed = std::vector<Face>{Face::z_min};
-  scene.tissue.lattice = {.nodes = {n, n, n},
-                          .spacing = 0.01,
-                          .connectivity = 26,
-                          .weights = LatticeWeights::uniform,
-                          .stiffness = 50.0,
-                          .viscosity = 0.05,
-                          .node_mass = 1e-3};
-  const int middle = ((n - 1) * n + n / 2) * n + n / 2;
-  scene.loads = {{.nodes = {middle}, .force = {0.0, 0.0, 0.1}}};
-  scene.records = {{.name = "tip", .where = middle, .quantities = {RecordedQuantity::position}}};
-  return scene;
-}
-
 // Speed-up by kernels for wider instruction sets: the same steps of the same lattice with each
 // kernel that this processor supports.
-
-namespace {
 
 /// Times a spring and step with each instruction set, the best set first: least of interleaved
 /// rounds [ns].
@@ -286,14 +441,12 @@ void measure_instruction_sets(const CaseContext& /*context*/, Outcome& outcome) 
         "this processor has no more than the baseline, or PALPATE_INSTRUCTIONS allows no more");
     return;
   }
-  Table table{
-      .id = "instruction-sets",
-      .title = "Kernels for each instruction set of this processor",
-      .caption =
-          "The problem of bench/kernels in regular lattices; nanoseconds per spring and step of "
-          "semi-implicit Euler, least of interleaved rounds by the processor time of one thread.",
-      .columns = {"kernel", "n"},
-      .timing = true};
+  Table& table = outcome.table(
+      "instruction-sets", "Kernels for each instruction set of this processor",
+      "The problem of bench/kernels in regular lattices; nanoseconds per spring and step of "
+      "semi-implicit Euler, least of interleaved rounds by the processor time of one thread.",
+      {"kernel", "n"});
+  table.timing = true;
   for (const lattice::Kernels<double>& kernels : lattice_kernels<double>()) {
     table.columns.push_back(std::string(kernels.name) + " (ns)");
   }
@@ -303,7 +456,7 @@ void measure_instruction_sets(const CaseContext& /*context*/, Outcome& outcome) 
     for (const int n : {10, 20, 40}) {
       const std::vector<double> times =
           variant.in_double() ? time_sets<double>(variant, n) : time_sets<float>(variant, n);
-      std::vector<Cell> row{std::string(variant.name), static_cast<double>(n)};
+      std::vector<Cell> row{variant.name, n};
       row.insert(row.end(), times.begin(), times.end());
       row.emplace_back(times.back() / times.front());
       table.rows.push_back(std::move(row));
@@ -312,7 +465,6 @@ void measure_instruction_sets(const CaseContext& /*context*/, Outcome& outcome) 
       }
     }
   }
-  outcome.tables.push_back(std::move(table));
   outcome.judge_at_least(
       "least_worth_of_the_widest", worst, 0.9,
       "wanted: the kernels that are chosen are the quickest; a tenth is noise of this comparison");
@@ -366,20 +518,18 @@ Pair time_pair(const KernelVariant& variant, int n) {
 }
 
 Table pairs_table(const std::vector<Pair>& pairs) {
-  Table table{
-      .id = "threads",
-      .title = "One thread and two",
-      .caption =
-          "Nanoseconds per spring and step, least of interleaved rounds by the wall clock: the "
-          "processor time of one thread would leave out what the other does. Both compute the same "
-          "bits. Side by side: how many times longer two copies of roots and quotients took than "
-          "one before, or two copies of the same steps after; the larger.",
-      .columns = {"kernel", "n", "one thread (ns)", "two threads (ns)", "two, median (ns)",
-                  "one / two (1)", "side by side (1)"},
-      .timing = true};
+  Table table = make_table(
+      "threads", "One thread and two",
+      "Nanoseconds per spring and step, least of interleaved rounds by the wall clock: the "
+      "processor time of one thread would leave out what the other does. Both compute the same "
+      "bits. Side by side: how many times longer two copies of roots and quotients took than one "
+      "before, or two copies of the same steps after; the larger.",
+      {"kernel", "n", "one thread (ns)", "two threads (ns)", "two, median (ns)", "one / two (1)",
+       "side by side (1)"});
+  table.timing = true;
   for (const Pair& pair : pairs) {
-    table.rows.push_back({std::string(pair.variant.name), static_cast<double>(pair.n), pair.one,
-                          pair.two, pair.two_median, pair.one / pair.two, pair.slowdown});
+    table.rows.push_back({pair.variant.name, pair.n, pair.one, pair.two, pair.two_median,
+                          pair.one / pair.two, pair.slowdown});
   }
   return table;
 }
@@ -502,16 +652,14 @@ Contender contender(const SkippedThing& what, bool skip, std::unique_ptr<Simulat
 }
 
 void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
-  Table table{
-      .id = "skips",
-      .title = "What is left out",
-      .caption =
-          "A cube of " + std::to_string(nodes_a_side) +
+  Table& table = outcome.table(
+      "skips", "What is left out",
+      "A cube of " + std::to_string(nodes_a_side) +
           " nodes a side that needs all but the one thing, semi-implicit Euler: microseconds of a "
           "tick, least of interleaved rounds by the processor time of one thread. Both ways give "
           "the same bits, but for nodes at rest (ctest -R \"model/(skip|lattice_sleep)\").",
-      .columns = {"left out", "computed (us)", "left out (us)", "computed / left out (1)"},
-      .timing = true};
+      {"left out", "computed (us)", "left out (us)", "computed / left out (1)"});
+  table.timing = true;
   double worst = unbounded;
   for (const SkippedThing& what : skipped_things()) {
     std::unique_ptr<Simulation> simulation;
@@ -523,7 +671,6 @@ void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
     worst = std::min(worst, worth);
     table.rows.push_back({what.name, scale * timed[0].least, scale * timed[1].least, worth});
   }
-  outcome.tables.push_back(std::move(table));
   outcome.judge_at_least(
       "least_worth", worst, 0.9,
       "wanted: leaving something out never costs time; a tenth is noise of this comparison");

@@ -3,6 +3,7 @@
 #include "validation/calibration/forward.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <thread>
 
@@ -10,6 +11,180 @@
 #include "validation/roll_out.hpp"
 
 namespace palpate::calibration {
+namespace {
+
+/// Number of the scene with its key and prior.
+struct Slot {
+  std::string key{};
+  std::string unit{};
+  double* value = nullptr;
+  double spread = 0.0;
+  std::string origin{};
+};
+
+double within_a_factor(double factor) { return std::log(factor) / normal_factor; }
+
+Material* find_material(Scene& scene, std::string_view name) {
+  const auto found = std::ranges::find(scene.materials, name, &Material::name);
+  return found == scene.materials.end() ? nullptr : &*found;
+}
+
+/// Returns the layers before the epidural space; all if there is none.
+std::size_t passed_layers(const Scene& scene) {
+  std::size_t count = 0;
+  for (const Layer& layer : scene.tissue.layers) {
+    const auto found = std::ranges::find(scene.materials, layer.material, &Material::name);
+    if (found != scene.materials.end() && role_of(*found) != TissueRole::tissue) { break; }
+    ++count;
+  }
+  return count;
+}
+
+/// BMI affects only the fat (Bahk et al. 1998); without a layer of this name, the layer under the
+/// skin.
+std::size_t layer_of_body_mass(const Scene& scene, std::size_t count) {
+  for (std::size_t n = 0; n < count; ++n) {
+    const Layer& layer = scene.tissue.layers[n];
+    if (layer.tissue.find("fat") != std::string::npos ||
+        layer.material.find("fat") != std::string::npos) {
+      return n;
+    }
+  }
+  return std::min<std::size_t>(1, count - 1);
+}
+
+void add_materials(Scene& scene, std::size_t count, std::vector<Slot>& slots) {
+  std::vector<std::string> seen;
+  for (std::size_t n = 0; n < count; ++n) {
+    const std::string& name = scene.tissue.layers[n].material;
+    Material* material = find_material(scene, name);
+    if (material == nullptr || std::ranges::find(seen, name) != seen.end()) { continue; }
+    seen.push_back(name);
+    const std::string key = "material." + name + ".";
+    slots.push_back(
+        {key + "cutting_force", "N", &material->cutting_force, within_a_factor(2.0),
+         "assumed: within a factor of 2; the share of cutting is ex vivo (Barnett et al. 2015)"});
+    slots.push_back({key + "friction", "N/m", &material->friction, within_a_factor(std::sqrt(3.0)),
+                     "dry and lubricated needles differ by up to 3: sqrt 3 to either side "
+                     "(Schneider et al. 1978)"});
+    slots.push_back({key + "youngs_modulus", "Pa", &material->youngs_modulus, within_a_factor(3.0),
+                     "assumed: within a factor of 3; reviews span more (Kalra et al. 2016)"});
+  }
+}
+
+std::vector<Slot> slots_of(Scene& scene) {
+  std::vector<Slot> slots;
+  const std::size_t count = passed_layers(scene);
+  add_materials(scene, count, slots);
+  if (count > 0) {
+    const std::size_t n = layer_of_body_mass(scene, count);
+    slots.push_back(
+        {"layer." + std::to_string(n) + ".thickness", "m", &scene.tissue.layers[n].thickness, 0.7,
+         "assumed: a factor of 4, as the fat differs from lean to obese (Ravi et al. 2011)"});
+  }
+  if (scene.syringe) {
+    Syringe& syringe = *scene.syringe;
+    slots.insert(slots.end(),
+                 {{"syringe.thumb_force", "N", &syringe.thumb_force, within_a_factor(2.0),
+                   "assumed: within a factor of 2; group means span 376 to 500 mmHg"},
+                  {"syringe.compliance", "m^3/Pa", &syringe.compliance, within_a_factor(3.0),
+                   "assumed: within a factor of 3; falls take 50 to 200 ms"},
+                  {"syringe.tissue_resistance", "Pa s/m^3", &syringe.tissue_resistance,
+                   within_a_factor(3.0), "assumed: within a factor of 3"},
+                  {"syringe.epidural_resistance", "Pa s/m^3", &syringe.epidural_resistance, 0.44,
+                   "epidural pressure 15 (SD 7) mmHg (Kim et al. 1996), as a log-normal"}});
+  }
+  return slots;
+}
+
+}  // namespace
+
+double Parameter::standardised(double value) const { return std::log(value / prior) / spread; }
+double Parameter::value(double standardised) const {
+  return prior * std::exp(spread * standardised);
+}
+
+void set_default_bounds(Parameter& parameter) {
+  parameter.lower = parameter.value(-4.0);
+  parameter.upper = parameter.value(4.0);
+}
+
+std::vector<Parameter> parameters_of(const Scene& scene) {
+  Scene copy = scene;
+  std::vector<Parameter> parameters;
+  for (const Slot& slot : slots_of(copy)) {
+    if (!(*slot.value > 0.0)) { continue; }
+    Parameter& added = parameters.emplace_back(Parameter{.key = slot.key,
+                                                         .unit = slot.unit,
+                                                         .prior = *slot.value,
+                                                         .spread = slot.spread,
+                                                         .origin = slot.origin});
+    set_default_bounds(added);
+  }
+  return parameters;
+}
+
+std::string why_not_calibrated(const Scene& scene) {
+  if (scene.tissue.source != Source::layers) {
+    return "tissue.source: layers are what is calibrated; \"layers\"";
+  }
+  if (!scene.needle) { return "needle: is missing; a needle is what a recording is of"; }
+  if (!scene.syringe) { return "syringe: is missing; a recorded pressure needs a simulated one"; }
+  const Drive drive = scene.drive.value_or(Drive{});
+  if (drive.kind != Drive::Kind::trajectory || drive.technique != Drive::Technique::continuous) {
+    return "drive: a calibration needs kind = \"trajectory\" and technique = \"continuous\"";
+  }
+  const std::size_t count = passed_layers(scene);
+  const bool epidural = count > 0 && count < scene.tissue.layers.size();
+  if (!epidural) {
+    return "layer: no epidural space under other tissue; a loss of resistance is what is compared";
+  }
+  double depth = 0.0;
+  for (std::size_t n = 0; n < count; ++n) { depth += scene.tissue.layers[n].thickness; }
+  if (!drive.depth || !(*drive.depth > depth)) {
+    return "drive.depth: the needle must go past the start of the epidural space, and stop";
+  }
+  return {};
+}
+
+Scene with_values(Scene scene, const std::vector<Parameter>& parameters,
+                  const std::vector<double>& values) {
+  const std::vector<Slot> slots = slots_of(scene);
+  for (std::size_t n = 0; n < parameters.size(); ++n) {
+    const auto slot = std::ranges::find(slots, parameters[n].key, &Slot::key);
+    if (slot == slots.end()) {
+      throw std::invalid_argument(parameters[n].key + ": no parameter of this scene");
+    }
+    const double before = *slot->value;
+    *slot->value = values[n];
+    if (slot->key.ends_with(".thickness") && scene.drive && scene.drive->depth) {
+      *scene.drive->depth += values[n] - before;
+      scene.simulation.duration += std::fmax(values[n] - before, 0.0) / scene.drive->speed;
+    }
+  }
+  return scene;
+}
+
+std::vector<std::pair<std::string, double>> changes(const Scene& scene, const Scene& changed) {
+  Scene before = scene;
+  Scene after = changed;
+  const std::vector<Slot> old_slots = slots_of(before);
+  const std::vector<Slot> new_slots = slots_of(after);
+  std::vector<std::pair<std::string, double>> found;
+  for (std::size_t n = 0; n < old_slots.size(); ++n) {
+    if (*old_slots[n].value != *new_slots[n].value) {
+      found.emplace_back(new_slots[n].key, *new_slots[n].value);
+    }
+  }
+  if (before.drive && before.drive->depth && *before.drive->depth != *after.drive->depth) {
+    found.emplace_back("drive.depth", *after.drive->depth);
+  }
+  if (before.simulation.duration != after.simulation.duration) {
+    found.emplace_back("simulation.duration", after.simulation.duration);
+  }
+  return found;
+}
+
 namespace {
 
 bool has_middle(int nodes) { return nodes > 3 && nodes % 2 == 1; }

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "validation/comparison/features.hpp"
-#include "validation/comparison/subject_corridor.hpp"
 #include "validation/signal.hpp"
 
 namespace palpate::calibration {

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <boost/math/tools/minima.hpp>
-#include <cmath>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_statistics_double.h>
 #include <iterator>
 #include <numeric>
 
 #include "validation/number_text.hpp"
-#include "validation/text.hpp"
 
 namespace palpate::certificate {
 
@@ -146,6 +144,14 @@ namespace {
 
 constexpr long lags = 10;
 
+Quantity between(double lower, double upper, std::string name, double value, std::string claim) {
+  return {.name = std::move(name),
+          .value = value,
+          .lower = lower,
+          .upper = upper,
+          .bound_from = std::move(claim)};
+}
+
 /// Returns the two-sided standard normal quantile for this probability.
 double two_sided(double chance) { return gsl_cdf_ugaussian_Qinv(0.5 * chance); }
 
@@ -164,7 +170,7 @@ double rank_correlation(std::span<const double> a, std::span<const double> b) {
 
 Quantity correlation_check(const char* name, const char* claim, double r, std::size_t pairs) {
   const double limit = two_sided(false_alarm) / std::sqrt(static_cast<double>(pairs) - 1.0);
-  return {.name = name, .value = r, .lower = -limit, .upper = limit, .bound_from = claim};
+  return between(-limit, limit, name, r, claim);
 }
 
 /// Tests pairs of excesses at a lag: returns the probability of the most unusual number of such
@@ -210,12 +216,10 @@ Quantity halves_check(const Exceedances& all) {
   const auto n = static_cast<double>(first.size());
   const auto m = static_cast<double>(second.size());
   const bool both = n > 0.0 && m > 0.0;
-  return {
-      .name = "same-distribution-in-both-halves",
-      .value = both ? distribution_distance(first, second) : 1.0,
-      .lower = 0.0,
-      .upper = both ? std::sqrt(-0.5 * std::log(0.5 * false_alarm) * (n + m) / (n * m)) : 0.0,
-      .bound_from = "excesses of both halves have one distribution (Kolmogorov-Smirnov distance)"};
+  return between(
+      0.0, both ? std::sqrt(-0.5 * std::log(0.5 * false_alarm) * (n + m) / (n * m)) : 0.0,
+      "same-distribution-in-both-halves", both ? distribution_distance(first, second) : 1.0,
+      "excesses of both halves have one distribution (Kolmogorov-Smirnov distance)");
 }
 
 }  // namespace
@@ -266,20 +270,13 @@ std::vector<Quantity> independence_checks(const Exceedances& all) {
   // the moments of mean and mean square.
   const double spread =
       gsl_cdf_ugaussian_Qinv(false_alarm) / std::sqrt(static_cast<double>(all.count()));
-  return {{.name = "alone-in-time",
-           .value = chance_of_pairs(all),
-           .lower = false_alarm,
-           .upper = 1.0,
-           .bound_from =
-               "late ticks do not follow each other within ten ticks (chance of so many pairs)"},
+  return {between(false_alarm, 1.0, "alone-in-time", chance_of_pairs(all),
+                  "late ticks do not follow each other within ten ticks (chance of so many pairs)"),
           correlation_check(
               "sizes-uncorrelated", "a large excess does not announce the next (rank correlation)",
               rank_correlation(each.first(size.size() - 1), each.subspan(1)), size.size() - 1),
-          {.name = "extremal-index",
-           .value = extremal_index(all),
-           .lower = 1.0 - spread,
-           .upper = 1.0,
-           .bound_from = "excesses do not come in clusters (extremal index, 1 without any)"}};
+          between(1.0 - spread, 1.0, "extremal-index", extremal_index(all),
+                  "excesses do not come in clusters (extremal index, 1 without any)")};
 }
 
 std::vector<Quantity> stationarity_checks(const Exceedances& all) {
@@ -289,11 +286,8 @@ std::vector<Quantity> stationarity_checks(const Exceedances& all) {
   std::vector<double> order(all.count());
   std::iota(order.begin(), order.end(), 0.0);
   return {
-      {.name = "as-many-in-both-halves",
-       .value = (2.0 * first - count) / std::sqrt(count),
-       .lower = -limit,
-       .upper = limit,
-       .bound_from = "both halves have as many excesses (difference over its standard error)"},
+      between(-limit, limit, "as-many-in-both-halves", (2.0 * first - count) / std::sqrt(count),
+              "both halves have as many excesses (difference over its standard error)"),
       halves_check(all),
       correlation_check("no-trend", "excesses do not grow or shrink with time (rank correlation)",
                         rank_correlation(order, sizes(all)), all.count())};
@@ -345,11 +339,9 @@ ReturnLevel return_level(const Level& level, double probability, double confiden
 
 Quantity shape_limit(const Level& lowest) {
   constexpr double one_sided = 1.6449;  // normal, 95 %
-  return {.name = "shape-below-half",
-          .value = lowest.fit.shape + one_sided * lowest.fit.shape_error(),
-          .lower = -1.0,
-          .upper = 0.5,
-          .bound_from = "the tail has a variance: upper 95 % limit of the shape below 0.5"};
+  return between(-1.0, 0.5, "shape-below-half",
+                 lowest.fit.shape + one_sided * lowest.fit.shape_error(),
+                 "the tail has a variance: upper 95 % limit of the shape below 0.5");
 }
 
 /// Excesses over a higher threshold are a subset of those over the lowest, so variances subtract.
@@ -362,12 +354,9 @@ Quantity shape_stability(const std::vector<Level>& levels) {
                                              1.0 / static_cast<double>(lowest.fit.count));
     largest.add(std::abs(levels[n].fit.shape - lowest.fit.shape) / spread);
   }
-  return {.name = "shape-at-every-threshold",
-          .value = largest.value(),
-          .lower = 0.0,
-          .upper = gsl_cdf_ugaussian_Qinv(0.25 * false_alarm),
-          .bound_from =
-              "the shape is the same over three thresholds (difference over its standard error)"};
+  return between(
+      0.0, gsl_cdf_ugaussian_Qinv(0.25 * false_alarm), "shape-at-every-threshold", largest.value(),
+      "the shape is the same over three thresholds (difference over its standard error)");
 }
 
 /// Returns 0 in the middle of the allowed interval of the worst other threshold, 1 at its edge.
@@ -379,27 +368,20 @@ Quantity level_stability(const std::vector<Level>& levels, double probability) {
     const double room = value < other.value ? other.value - other.lower : other.upper - other.value;
     worst.add(std::abs(value - other.value) / room);
   }
-  return {.name = "level-at-every-threshold",
-          .value = worst.value(),
-          .lower = 0.0,
-          .upper = 1.0,
-          .bound_from =
-              "what is extrapolated lies within what higher thresholds allow (share of their "
-              "interval)"};
+  return between(
+      0.0, 1.0, "level-at-every-threshold", worst.value(),
+      "what is extrapolated lies within what higher thresholds allow (share of their interval)");
 }
 
 /// Checks that the fit to the first half bounds the maximum of the second half.
 Quantity prediction_check(const Level& lowest) {
   Level first{.above = lowest.above.half(false)};
   const Exceedances second = lowest.above.half(true);
-  Quantity check{
-      .name = "first-half-foretells-second",
-      .value = second.count() > 0
-                   ? 1e6 * std::ranges::max(second.ticks, {}, &LargeTick::seconds).seconds
-                   : std::nan(""),
-      .lower = std::nan(""),
-      .upper = 0.0,
-      .bound_from = "the largest of the second half is one that the first half allows (us)"};
+  Quantity check = between(
+      std::nan(""), 0.0, "first-half-foretells-second",
+      second.count() > 0 ? 1e6 * std::ranges::max(second.ticks, {}, &LargeTick::seconds).seconds
+                         : std::nan(""),
+      "the largest of the second half is one that the first half allows (us)");
   if (first.above.count() < 25) { return check; }
   first.excess = first.above.excess();
   first.fit = fit_pareto(first.excess);

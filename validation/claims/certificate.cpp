@@ -4,14 +4,11 @@
 #include "validation/certificate/certificate.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <gsl/gsl_cdf.h>
 #include <gsl/gsl_randist.h>
 
 #include "device/seeded.hpp"
 #include "validation/certificate/paced_loop.hpp"
-#include "validation/certificate/tail.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/statistics.hpp"
 
@@ -241,8 +238,7 @@ std::vector<Case> cases() {
            measure_percentiles, 0.1},
           {"certificate/tail/told", "model",
            "The tail of independent response times is extrapolated, and its interval two decades "
-           "beyond "
-           "the data contains the true value at the stated rate.",
+           "beyond the data contains the true value at the stated rate.",
            measure_told, 3.0},
           {"certificate/tail/refused", "model",
            "Of response times that follow each other, change with time or have no mean, nothing is "

@@ -2,7 +2,6 @@
 /// Short insertion for tests of calibrations, and a linear model of its simulation.
 
 #include <array>
-#include <cmath>
 
 #include "validation/calibration/calibration.hpp"
 #include "validation/claims/clinical_fixture.hpp"

@@ -2,16 +2,12 @@
 /// Comparison of a recording with copies that have one fault each: values of every measure, and the
 /// verdict.
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "device/pressure_link/frame.hpp"
-#include "model/problem/recording.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
-#include "validation/comparison/comparison.hpp"
 #include "validation/comparison/group_comparison.hpp"
 #include "validation/comparison/link_recording.hpp"
 
@@ -96,7 +92,7 @@ Figure figure_of(const std::vector<double>& time, const std::vector<double>& rec
                        "Recorded with noise of 1 mmHg; each copy has one fault.", {"time (s)"},
                        {"pressure (mmHg)"});
   const auto add = [&](const std::string& label, const std::vector<double>& pressure) {
-    figure.series.push_back(curve(label, time, scaled(pressure, 1.0 / pascals_per_mmhg, 0.0)));
+    figure.add(label, time, scaled(pressure, 1.0 / pascals_per_mmhg, 0.0));
   };
   add("recorded", recorded);
   for (const Trial& trial : faults_of_the_event(time)) {
@@ -111,11 +107,11 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
   device::Seeded seeded(20);
   add_noise(noisy, pascals_per_mmhg, seeded);
   const Recording recording = recording_of(time, noisy);
-  Table table =
-      make_table("verdicts", "One fault at a time",
-                 "Ratings follow the trace, the verdict follows features. Noise of 1 mmHg.",
-                 {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO rating", "lag (s)",
-                  "verdict", "first reason"});
+  Table& table =
+      outcome.table("verdicts", "One fault at a time",
+                    "Ratings follow the trace, the verdict follows features. Noise of 1 mmHg.",
+                    {"fault", "NRMSE", "Sprague-Geers M", "Sprague-Geers P", "ISO rating",
+                     "lag (s)", "verdict", "first reason"});
   for (Trial& trial : trials(time)) {
     damage(context, trial.simulated);
     const Comparison found = compare(recording, trace_of(time, trial.simulated), trial.options);
@@ -125,13 +121,12 @@ void measure_verdicts(const CaseContext& context, Outcome& outcome) {
          sampled ? found.errors.magnitude : not_measured,
          sampled ? found.errors.phase : not_measured,
          found.rating ? found.rating->overall : not_measured, found.alignment.lag,
-         std::string(verdict_word(found.outcome.status)),
+         verdict_word(found.outcome.status),
          found.outcome.reasons.empty() ? std::string() : found.outcome.reasons.front()});
     const bool right = std::ranges::find(trial.right, found.outcome.status) != trial.right.end();
     outcome.judge_equal("right_verdict: " + trial.name, right ? 1.0 : 0.0, 1.0, trial.why);
   }
   outcome.figures.push_back(figure_of(time, noisy));
-  outcome.tables.push_back(std::move(table));
 }
 
 /// Faults that a limit on a rating would not detect.
@@ -264,10 +259,8 @@ void measure_round_trip(const CaseContext& context, Outcome& outcome) {
   const Recording recording =
       through_the_link(context.mutation == nullptr ? run : roll_out({}, resting_insertion(), {}));
   const Trace simulated = trace_of(run.time, run.values("syringe.pressure_pa"));
-  outcome.judge_at_most(
-      "missing_samples",
-      static_cast<double>(recording.defects.missing + recording.defects.bad_frames), 0.0,
-      "an undamaged line loses nothing");
+  outcome.judge_at_most("missing_samples", recording.defects.missing + recording.defects.bad_frames,
+                        0.0, "an undamaged line loses nothing");
   const Comparison found = compare(recording, simulated, {.alignment = AlignmentRule::start});
   outcome.judge_at_most(
       "largest_difference_of_samples",

@@ -2,6 +2,8 @@
 #pragma once
 /// Synthetic pressures of insertions that follow a law with known features.
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,40 +26,63 @@ struct PressureLaw {
   double fall_constant = 0.15;              ///< [s] time constant of the fall
   double delay = 0.0;                       ///< [s] delay of the whole law
 
-  [[nodiscard]] double at(double time) const;  ///< [Pa]
+  [[nodiscard]] double at(double time) const {
+    const double t = time - delay;
+    if (t < rise) { return level; }
+    if (t < loss) { return level + (peak - level) * (t - rise) / (loss - rise); }
+    return plateau + (peak - plateau) * std::exp(-(t - loss) / fall_constant);
+  }
 };
 
 /// Returns instants from 0 to `duration` inclusive [s] at `rate` [Hz].
-std::vector<double> instants(double duration, double rate);
-std::vector<double> pressures(const PressureLaw& law, const std::vector<double>& time);
+inline std::vector<double> instants(double duration, double rate) {
+  std::vector<double> time(static_cast<std::size_t>(std::lround(duration * rate)) + 1);
+  for (std::size_t n = 0; n < time.size(); ++n) { time[n] = static_cast<double>(n) / rate; }
+  return time;
+}
 
-void add_noise(std::vector<double>& values, double deviation, device::Seeded& seeded);
+inline std::vector<double> pressures(const PressureLaw& law, const std::vector<double>& time) {
+  std::vector<double> values;
+  for (const double t : time) { values.push_back(law.at(t)); }
+  return values;
+}
+
+inline void add_noise(std::vector<double>& values, double deviation, device::Seeded& seeded) {
+  for (double& v : values) { v += deviation * seeded.normal(); }
+}
 
 /// Applies the planted fault of a case, if any, to a simulated pressure.
-void damage(const CaseContext& context, std::vector<double>& pressure);
+inline void damage(const CaseContext& context, std::vector<double>& pressure) {
+  if (context.mutation == nullptr || !context.mutation->trace) { return; }
+  Trace trace;
+  trace.columns = {{"syringe.pressure_pa", "Pa", std::move(pressure)}};
+  context.mutation->trace(trace);
+  pressure = std::move(trace.columns.front().values);
+}
 
 /// Inputs of compare(): the recording of a thumb, a simulated trace.
-Recording recording_of(const std::vector<double>& time, std::vector<double> pressure);
-Trace trace_of(const std::vector<double>& time, std::vector<double> pressure);
+inline Recording recording_of(const std::vector<double>& time, std::vector<double> pressure) {
+  Recording recording{.name = "made-up", .kind = Recording::Kind::reconstructed, .source = "a law"};
+  recording.sample_rate = 1.0 / (time[1] - time[0]);
+  recording.time = time;
+  recording.pressure = std::move(pressure);
+  return recording;
+}
+
+inline Trace trace_of(const std::vector<double>& time, std::vector<double> pressure) {
+  Trace trace;
+  trace.time = time;
+  trace.columns.push_back(
+      {.name = "syringe.pressure_pa", .unit = "Pa", .values = std::move(pressure)});
+  return trace;
+}
 
 /// Returns the largest |a - b| of sequences of the same length; NaN if a value is NaN or none
 /// exists.
-double largest_difference(std::span<const double> a, std::span<const double> b);
-
-/// Insertion techniques with and without a loss of resistance, to test its detection.
-enum class Technique { continuous, intermittent };
-struct Insertions {
-  Technique technique = Technique::continuous;
-  double mean_drop = 0.73;       ///< relative to the peak [1]
-  double deviation_drop = 0.18;  ///< standard deviation, normal, clamped to 0.02 and 0.98
-  bool held = true;              ///< false: the pressure recovers within 4 s
-  bool drops = true;             ///< false: no drops other than those between pushes
-};
-inline constexpr double sample_rate = 120.0;  ///< [Hz] of the raw pressure link
-inline constexpr double noise_deviation = 5.0 * pascals_per_mmhg;  ///< [Pa] (assumed)
-inline constexpr double smallest_peak =
-    300.0 * pascals_per_mmhg;  ///< [Pa]; the largest is twice that
-/// Returns a synthetic insertion of 30 s.
-comparison::Samples seeded_insertion(const Insertions& kind, std::uint64_t seed);
+inline double largest_difference(std::span<const double> a, std::span<const double> b) {
+  Largest largest(a.empty() ? comparison::not_measured : 0.0);
+  for (std::size_t n = 0; n < a.size(); ++n) { largest.add(std::abs(a[n] - b[n])); }
+  return largest.value();
+}
 
 }  // namespace palpate::clinical

@@ -5,14 +5,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <complex>
-#include <limits>
 
 #include "model/problem/problem.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/modal.hpp"
-#include "reference/solution.hpp"
 #include "reference/solvers.hpp"
 #include "reference/static_equilibrium.hpp"
 #include "validation/claims/groups.hpp"
@@ -234,18 +231,22 @@ MatrixXd solve_pressed(const std::vector<double>& times, const PrintedForm& prin
          problem.initial_position();
 }
 
-/// Runs the pressed lattice and returns its displacements as positions; `ticks` must be a multiple
-/// of sample_count.
-Trace run_pressed(const CaseContext& context, const PrintedForm& printed, long ticks) {
-  const double h = duration / static_cast<double>(ticks);
-  const Scene scene = pressed_scene(h, duration, printed);
+/// Runs a scene and returns its displacements as positions at even instants; `samples` must divide
+/// the number of ticks.
+Trace displacements(const CaseContext& context, const Scene& scene, long samples) {
   const SpringNetwork network = build_network(scene);
-  Trace motion =
-      roll_out(context, scene, &network, {.every = ticks / sample_count, .position = true});
+  const long ticks = std::lround(scene.simulation.duration / scene.simulation.step);
+  Trace motion = roll_out(context, scene, &network, {.every = ticks / samples, .position = true});
   const VectorXd rest = NetworkProblem(network).initial_position();
   if (motion.position.rows() != rest.size()) { motion.position.resize(rest.size(), 0); }
   motion.position.colwise() -= rest;
   return motion;
+}
+
+/// Displacements of the pressed lattice; `ticks` must be a multiple of sample_count.
+Trace run_pressed(const CaseContext& context, const PrintedForm& printed, long ticks) {
+  const double h = duration / static_cast<double>(ticks);
+  return displacements(context, pressed_scene(h, duration, printed), sample_count);
 }
 
 /// Returns `count` + 1 evenly spaced instants from 0 to `end` [s].
@@ -356,22 +357,16 @@ struct Variant {
   int order;
 };
 
-/// A pressed lattice over `span`, sampled at 20 instants.
+/// Displacements of a pressed lattice over `span` at 20 instants.
 Eigen::MatrixXd run_variant(const CaseContext& context, const Variant& variant, long ticks) {
-  Scene scene = pressed_scene(span / static_cast<double>(ticks), span);
-  scene.simulation.integrator = variant.scheme;
-  scene.simulation.printed.lagged_velocity = variant.lagged;
-  const SpringNetwork network = build_network(scene);
-  const Trace motion = roll_out(context, scene, &network,
-                                {.every = ticks / sample_count_of_ladder, .position = true});
-  if (motion.position.cols() == 0) { return {}; }
-  const Eigen::VectorXd rest = motion.position.col(0);
-  return motion.position.colwise() - rest;
+  const Scene scene = pressed_scene(span / static_cast<double>(ticks), span,
+                                    {.lagged_velocity = variant.lagged}, press, variant.scheme);
+  return displacements(context, scene, sample_count_of_ladder).position;
 }
 
 ObservedOrder climb(const CaseContext& context, const Variant& variant,
                     const Eigen::MatrixXd& truth, Figure& figure) {
-  Series errors{.label = variant.name, .style = Series::Style::line_and_points};
+  Series& errors = figure.add(variant.name, Series::Style::line_and_points);
   for (int rung = 0; rung < (context.quick ? 5 : 6); ++rung) {
     const double coarsest = variant.order == 1 ? 800.0 : 240.0;
     const long ticks =
@@ -380,7 +375,6 @@ ObservedOrder climb(const CaseContext& context, const Variant& variant,
     errors.add(span / static_cast<double>(ticks),
                distance(run_variant(context, variant, ticks), truth));
   }
-  figure.series.push_back(errors);
   return observed_order(errors.x, errors.y, 1e-9);  // ARKODE at 1e-11 is far below
 }
 
@@ -490,10 +484,11 @@ const std::array<Variant, 4> variants{
 
 double judge_orders(const CaseContext& context, Outcome& outcome) {
   const Eigen::MatrixXd truth = solve_pressed(even_times(span, sample_count_of_ladder), {});
-  Figure figure = plot("order", "What the lag of Eq. 9 costs",
-                       "With the rate at the instant of the position the same kick and drift has "
-                       "order 2; with the printed rate it has order 1.",
-                       logarithmic("step h (s)"), logarithmic("largest error over peak (1)"));
+  Figure& figure =
+      outcome.plot("order", "What the lag of Eq. 9 costs",
+                   "With the rate at the instant of the position the same kick and drift has order "
+                   "2; with the printed rate it has order 1.",
+                   logarithmic("step h (s)"), logarithmic("largest error over peak (1)"));
   std::array<double, 4> slopes{};
   for (std::size_t i = 0; i < variants.size(); ++i) {
     const ObservedOrder order = climb(context, variants[i], truth, figure);
@@ -503,7 +498,6 @@ double judge_orders(const CaseContext& context, Outcome& outcome) {
         "order: " + variants[i].name, order.slope, p, 0.15,
         variants[i].order == 2 ? "centred differences" : "a rate that lags is wrong by O(h)");
   }
-  outcome.figures.push_back(std::move(figure));
   outcome.judge_between("order lost", slopes[0] - slopes[2], 0.7, 1.3,
                         "one, from two slopes known to 0.15");
   return slopes[0] - slopes[2];
@@ -511,12 +505,11 @@ double judge_orders(const CaseContext& context, Outcome& outcome) {
 
 Finding measure_lagged_velocity(const CaseContext& context, Outcome& outcome) {
   const double lost = judge_orders(context, outcome);
-  Table limits = make_table("limits", "Stable steps of the lattice",
-                            "Found by bisection on runs, and predicted from its modes.",
-                            {"scheme", "found (s)", "theory (s)"});
+  Table& limits = outcome.table("limits", "Stable steps of the lattice",
+                                "Found by bisection on runs, and predicted from its modes.",
+                                {"scheme", "found (s)", "theory (s)"});
   if (!context.quick) { judge_limit(context, outcome, variants[0], limits); }
   judge_limit(context, outcome, variants[2], limits);
-  outcome.tables.push_back(std::move(limits));
   judge_no_lag(context, outcome);
   judge_recurrence(context, outcome);
   compare_pressed(context, outcome, {.lagged_velocity = true}, "lagged-velocity");
@@ -534,13 +527,11 @@ constexpr double touch = 1e-7;  ///< [N] deflects by 1e-9 m, and tissue 150 time
 /// Returns the equilibrium, by implicit Euler with steps of 10 s, which damp every mode.
 Eigen::VectorXd rest_under(const CaseContext& context, const PrintedForm& printed, double force) {
   const Scene scene = pressed_scene(10.0, 300.0, printed, force, "implicit-euler");
-  const SpringNetwork network = build_network(scene);
-  const Trace motion = roll_out(context, scene, &network, {.every = 30, .position = true});
-  if (motion.diverged || motion.position.cols() < 2 ||
-      motion.position.rows() != 3 * (network.node_count() - 9)) {
+  const Trace motion = displacements(context, scene, 1);
+  if (motion.diverged || motion.position.cols() < 2) {
     return Eigen::VectorXd::Constant(1, std::nan(""));
   }
-  return motion.position.rightCols(1) - motion.position.col(0);
+  return motion.position.rightCols(1);
 }
 
 double depth(const Eigen::VectorXd& displacement) {
@@ -768,25 +759,24 @@ const std::array<Erratum, 7> all_errata{
             measure_all_printed}};
 
 void measure_summary(const CaseContext& context, Outcome& outcome) {
-  Table table =
-      make_table("errata", "What each printed form does",
-                 "Each erratum alone and all together, measured and predicted.",
-                 {"erratum", "printed in", "what it does", "quantity", "measured", "predicted"});
+  Table& table =
+      outcome.table("errata", "What each printed form does",
+                    "Each erratum alone and all together, measured and predicted.",
+                    {"erratum", "printed in", "what it does", "quantity", "measured", "predicted"});
   for (const Erratum& erratum : all_errata) {
     Outcome own;
     const Finding finding = erratum.measure(context, own);
     conclude(own);
     outcome.judge_at_most(
         erratum.name + ": claims that do not hold",
-        static_cast<double>(std::ranges::count_if(
-            own.quantities, [](const Quantity& q) { return q.judged() && !q.holds(); })),
+        std::ranges::count_if(own.quantities,
+                              [](const Quantity& q) { return q.judged() && !q.holds(); }),
         0.0, "errata/" + erratum.name);
     outcome.report(erratum.name + ": measured over predicted",
                    finding.measured / finding.predicted);
     table.rows.push_back({finding.erratum, finding.printed, finding.effect, finding.quantity,
                           finding.measured, finding.predicted});
   }
-  outcome.tables.push_back(std::move(table));
 }
 
 }  // namespace

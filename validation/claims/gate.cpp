@@ -3,18 +3,12 @@
 
 #include "validation/gate/gate.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <iterator>
-#include <limits>
 
-#include "reference/solvers.hpp"
-#include "validation/bench/paired_cases.hpp"
+#include "validation/bench/bench_cases.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 #include "validation/gate/baseline.hpp"
-#include "validation/random.hpp"
 
 namespace palpate::gating {
 
@@ -40,11 +34,10 @@ Figure node_figure(const Trace& motion) {
   for (int n = 1; n <= instants_of_nodes; ++n) {
     const Eigen::Index at = (motion.position.cols() - 1) * n / instants_of_nodes;
     const Eigen::VectorXd moved = motion.position.col(at) - motion.position.col(0);
-    Series series{.label = "instant " + std::to_string(n), .style = Series::Style::points};
+    Series& series = figure.add("instant " + std::to_string(n), Series::Style::points);
     for (Eigen::Index i = 0; i < moved.size(); ++i) {
       series.add(static_cast<double>(i), moved(i));
     }
-    figure.series.push_back(std::move(series));
   }
   return figure;
 }
@@ -79,7 +72,7 @@ Outcome outcome_of(const CaseContext& context, const Study& study) {
   outcome.judge_at_most("largest_error", error.maximum, 0.05, "of a sample");
   outcome.report("final_energy", motion.values("energy_j").back(), "J");
   outcome.report("largest_energy", *std::ranges::max_element(motion.values("energy_j")), "J");
-  outcome.report("work", static_cast<double>(motion.steps), "evaluations");
+  outcome.report("work", motion.steps, "evaluations");
   outcome.figures = {
       {.id = "path",
        .title = "Path of the pushed node",
@@ -126,11 +119,10 @@ void measure_self(const CaseContext& context, Outcome& outcome) {
   }
   const gate::GateResult again =
       gate::compare(baseline, {.outcomes = {outcome_of(context, study)}});
-  outcome.judge_equal("identical_again", static_cast<double>(again.counts().identical), 1.0,
+  outcome.judge_equal("identical_again", again.counts().identical, 1.0,
                       "the same run gives the same bits");
-  outcome.judge_at_most("alarms", static_cast<double>(alarms), 0.0,
-                        "nothing but the order of sums differs");
-  outcome.judge_at_least("rounded_otherwise", static_cast<double>(rounded), 0.5 * comparisons,
+  outcome.judge_at_most("alarms", alarms, 0.0, "nothing but the order of sums differs");
+  outcome.judge_at_least("rounded_otherwise", rounded, 0.5 * comparisons,
                          "a comparison of equal bits would show nothing");
 }
 
@@ -273,8 +265,7 @@ class Ledger {
     table_.rows.push_back({fault, red ? "red" : "GREEN", why});
   }
   void conclude(Outcome& outcome) {
-    outcome.judge_equal("caught", static_cast<double>(caught_),
-                        static_cast<double>(table_.rows.size()), "all that were planted");
+    outcome.judge_equal("caught", caught_, table_.rows.size(), "all that were planted");
     outcome.tables.push_back(std::move(table_));
   }
 

@@ -39,9 +39,8 @@ std::vector<Case> robustness_cases();  ///< extreme inputs, random steps, denorm
 
 namespace tools {
 std::vector<Case> balance_cases();    ///< parts, momentum, energy, friction
-std::vector<Case> passage_cases();    ///< layers, bone, angles, spacing, published moduli, extremes
+std::vector<Case> passage_cases();    ///< layers, bone, published moduli, extremes, palpation
 std::vector<Case> reference_cases();  ///< exact curves and a reference with root finding
-std::vector<Case> probe_cases();      ///< spread, palpation over bone
 }  // namespace tools
 
 namespace haptics {

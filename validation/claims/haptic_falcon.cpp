@@ -2,14 +2,12 @@
 /// Scenes with a hand on the emulated Falcon, and their runs.
 
 #include <Eigen/LU>
-#include <cmath>
 
 #include "device/falcon/driver.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/haptic_loop.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
-#include "validation/subject/falcon_loop.hpp"
 
 namespace palpate::haptics {
 
@@ -73,9 +71,10 @@ reference::HeldTool reference_of(const Scene& scene, const device::Intent& inten
 }
 
 void measure_reference(const CaseContext& context, Outcome& outcome) {
-  Figure figure = plot("held-tool", "A hand presses a chain through the device",
-                       "Motion of grip and tool, and the solution by CVODE between the same ticks.",
-                       {"time (s)"}, {"way (mm)"});
+  Figure& figure =
+      outcome.plot("held-tool", "A hand presses a chain through the device",
+                   "Motion of grip and tool, and the solution by CVODE between the same ticks.",
+                   {"time (s)"}, {"way (mm)"});
   for (const int delay : {0, 1}) {
     Scene scene = chain_in_hand(context.quick, 1e4);  // all ten as stiff as the hand
     scene.falcon->delay = delay;
@@ -106,7 +105,6 @@ void measure_reference(const CaseContext& context, Outcome& outcome) {
     outcome.judge_at_most("largest_error_of_the_tool" + late, tool.value(), 1e-6, bound, "m");
     if (delay == 0) { figure.series = {std::move(way), std::move(tip), std::move(exact)}; }
   }
-  outcome.figures.push_back(std::move(figure));
 }
 
 /// Layers of needle cases with the fat thickness of the four groups of the trial (skin to epidural
@@ -137,14 +135,14 @@ Scene layers_in_hand(double fat, Drive::Technique technique) {
 }
 
 void measure_groups(const CaseContext& context, Outcome& outcome) {
-  Table table =
-      make_table("groups", "The same hand through four bodies", "",
-                 {"group", "technique", "loss of resistance (mm deep)", "overshoot (mm)",
-                  "asked for (N)", "delivered (N)", "saturated ticks (%)", "fed in at most (mJ)"});
-  Figure figure = plot("groups", "Force on the hand over depth",
-                       "What the motors pull the hand with, continuous advance; layers of needle "
-                       "cases, a hundredth of published forces of ligament.",
-                       {"tip depth (mm)"}, {"force (N)"});
+  Table& table = outcome.table(
+      "groups", "The same hand through four bodies", "",
+      {"group", "technique", "loss of resistance (mm deep)", "overshoot (mm)", "asked for (N)",
+       "delivered (N)", "saturated ticks (%)", "fed in at most (mJ)"});
+  Figure& figure = outcome.plot("groups", "Force on the hand over depth",
+                                "What the motors pull the hand with, continuous advance; layers of "
+                                "needle cases, a hundredth of published forces of ligament.",
+                                {"tip depth (mm)"}, {"force (N)"});
   double arrived = 0.0;
   double asked = 0.0;
   Largest worst;
@@ -166,19 +164,17 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
       const double border = 0.0144 + group.fat;
       const double dent = 1.2 * (1.0 - 0.25 * 0.25) / (500e3 * Needle{}.diameter);
       worst.add(std::abs(depth - border - dent));
-      table.rows.push_back({std::string(group.name),
-                            std::string(continuous ? "continuous" : "intermittent"), 1e3 * depth,
+      table.rows.push_back({group.name, continuous ? "continuous" : "intermittent", 1e3 * depth,
                             1e3 * held.facts.overshoot, held.facts.largest_requested,
                             held.facts.largest_delivered,
                             100.0 * static_cast<double>(held.facts.saturated) /
                                 static_cast<double>(held.facts.ticks),
                             -1e3 * held.facts.least_energy});
       if (!continuous) { continue; }
-      Series series{.label = group.name};
+      Series& series = figure.add(group.name);
       for (std::size_t n = 0; n < held.run.rows(); ++n) {
         series.add(1e3 * held.run.at("tool.depth_m", n), held.run.at("device.delivered_n", n));
       }
-      figure.series.push_back(std::move(series));
     }
   }
   outcome.judge_at_least("share_that_arrives", arrived / asked, 1.0,
@@ -189,8 +185,6 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
       "dent, "
       "1.2 N over modulus times spacing, 500 kPa x 5 mm, differs for layers, sides and friction",
       "m");
-  outcome.tables.push_back(std::move(table));
-  outcome.figures.push_back(std::move(figure));
 }
 
 void measure_overshoot(const CaseContext& context, Outcome& outcome) {
@@ -218,11 +212,10 @@ void measure_overshoot(const CaseContext& context, Outcome& outcome) {
                         "theory: the intent goes on at 20 mm/s; the hand swings about it by the "
                         "force that falls away over its stiffness",
                         "m");
-  outcome.figures.push_back(
-      plot("overshoot", "Overshoot by reaction delay",
-           "How far the tip goes beyond the loss of resistance, by the delay after which the hand "
-           "answers; 20 mm/s, firm hand.",
-           {"reaction delay (ms)"}, {"overshoot (mm)"}, {series}));
+  outcome.figures.push_back(plot("overshoot", "Overshoot by reaction delay",
+                                 "How far the tip goes beyond the loss of resistance, by the delay "
+                                 "after which the hand answers; 20 mm/s, firm hand.",
+                                 {"reaction delay (ms)"}, {"overshoot (mm)"}, {series}));
 }
 
 void measure_passivity(const CaseContext& context, Outcome& outcome) {
@@ -233,21 +226,20 @@ void measure_passivity(const CaseContext& context, Outcome& outcome) {
   scene.falcon->delay = 3;
   scene.falcon->coupling_stiffness = 6000.0;
   scene.falcon->coupling_viscosity = 5.0;
-  Figure figure = plot("port-energy", "Energy at the port, with and without controller",
-                       "A stiff coupling three ticks late feeds energy in; the controller damps it "
-                       "as soon as the observer goes below zero.",
-                       {"time (s)"}, {"energy (mJ)"});
+  Figure& figure = outcome.plot("port-energy", "Energy at the port, with and without controller",
+                                "A stiff coupling three ticks late feeds energy in; the controller "
+                                "damps it as soon as the observer goes below zero.",
+                                {"time (s)"}, {"energy (mJ)"});
   for (const bool controlled : {false, true}) {
     scene.falcon->passivity_controller = controlled;
     const Held held = hold(context, scene);
     const std::vector<double>& energy = held.run.find("device.energy_j")->values;
-    Series series{.label = controlled ? "with controller" : "without"};
+    Series& series = figure.add(controlled ? "with controller" : "without");
     Largest fed;
     for (std::size_t n = 0; n < energy.size(); ++n) {
       if (n > 0) { fed.add(energy[n - 1] - energy[n]); }
       series.add(held.run.time[n], 1e3 * energy[n]);
     }
-    figure.series.push_back(std::move(series));
     const double blind = (scene.falcon->delay + 2) * fed.value();
     outcome.report(controlled ? "least_energy_with_controller" : "least_energy_without",
                    held.facts.least_energy, "J");
@@ -264,7 +256,6 @@ void measure_passivity(const CaseContext& context, Outcome& outcome) {
     }
     outcome.judge(shortage);
   }
-  outcome.figures.push_back(std::move(figure));
 }
 
 // Force at the hand compared with the requested force, through the available drivers.

@@ -2,7 +2,6 @@
 /// Energy that a virtual wall adds, by frequency.
 
 #include <algorithm>
-#include <cmath>
 #include <complex>
 
 #include "device/haptic_device.hpp"
@@ -170,20 +169,20 @@ double passive_need(const HeldWall& held, double omega) {
 /// Compares the damping that dissipates the energy of a wall, measured over whole cycles, with the
 /// first harmonic of the held force and the condition of Colgate and Schenkel.
 void measure_wall_passivity(const CaseContext& context, Outcome& outcome) {
-  Figure figure = plot("needed-damping", "Damping that takes what a wall feeds in",
-                       "A grip shaken on a wall of 1 N/mm at 1 kHz: from the energy of whole "
-                       "cycles, from the first harmonic of the held force, and the condition of "
-                       "Colgate and Schenkel, which holds for every motion.",
-                       {"frequency (Hz)"}, {"needed viscosity (N s/m)"});
+  Figure& figure = outcome.plot("needed-damping", "Damping that takes what a wall feeds in",
+                                "A grip shaken on a wall of 1 N/mm at 1 kHz: from the energy of "
+                                "whole cycles, from the first harmonic of the held force, and the "
+                                "condition of Colgate and Schenkel, which holds for every motion.",
+                                {"frequency (Hz)"}, {"needed viscosity (N s/m)"});
   Largest worst;
   Largest beyond(-unbounded);
   Largest most;
   for (const double damping : {0.0, 0.4}) {
     const HeldWall held{.damping = damping};
     const std::string name = damping == 0.0 ? "B = 0" : "B = 0.4 N s/m";
-    Series points{.label = "measured, " + name, .style = Series::Style::points};
-    Series line{.label = "first harmonic, " + name};
-    Series limit{.label = "passive, " + name, .style = Series::Style::dashed};
+    Series& line = figure.add("first harmonic, " + name);
+    Series& points = figure.add("measured, " + name, Series::Style::points);
+    Series& limit = figure.add("passive, " + name, Series::Style::dashed);
     constexpr int ticks = 1000;
     for (int cycles = 12; cycles < ticks / 2; cycles += 12) {
       const double omega = 2.0 * M_PI * cycles / (ticks * held.period);
@@ -196,9 +195,6 @@ void measure_wall_passivity(const CaseContext& context, Outcome& outcome) {
       line.add(cycles, theory);
       limit.add(cycles, passive_need(held, omega));
     }
-    figure.series.push_back(std::move(line));
-    figure.series.push_back(std::move(points));
-    figure.series.push_back(std::move(limit));
   }
   outcome.judge_at_most("largest_error_of_the_needed_damping", worst.value(), 1e-9,
                         "theory: first harmonic of a held force; rounding of 1000 ticks", "N s/m");
@@ -208,7 +204,6 @@ void measure_wall_passivity(const CaseContext& context, Outcome& outcome) {
   outcome.judge_between("most_that_they_ask_for", most.value(), sum * (1.0 - 1e-2),
                         sum * (1.0 + 1e-12),
                         "theory: K T / 2 + |B|, reached at half the sampling rate", "N s/m");
-  outcome.figures.push_back(std::move(figure));
 }
 
 // Virtual walls in a sampled loop: limits of stability and passivity in the time domain.
@@ -266,9 +261,10 @@ std::vector<WallLoop> loops(bool quick) {
 }
 
 void measure_boundary(const CaseContext& context, Outcome& outcome) {
-  Table table = make_table("boundaries", "Largest stable stiffness of a wall at 1 kHz", "",
-                           {"m (kg)", "b (N s/m)", "B (N s/m)", "delay (ticks)", "measured (N/m)",
-                            "exact (N/m)", "linear rule (N/m)", "passive below (N/m)"});
+  Table& table =
+      outcome.table("boundaries", "Largest stable stiffness of a wall at 1 kHz", "",
+                    {"m (kg)", "b (N s/m)", "B (N s/m)", "delay (ticks)", "measured (N/m)",
+                     "exact (N/m)", "linear rule (N/m)", "passive below (N/m)"});
   Largest worst;
   Smallest least_drop;
   double without_delay = 0.0;
@@ -282,21 +278,20 @@ void measure_boundary(const CaseContext& context, Outcome& outcome) {
     const Cell passive_cell = loop.delay > 0  ? Cell("-")
                               : passive > 0.0 ? Cell(passive)
                                               : Cell("none");
-    table.rows.push_back({loop.mass, loop.viscosity, loop.damping, static_cast<double>(loop.delay),
-                          measured, exact, reference::linear_rule(loop), passive_cell});
+    table.rows.push_back({loop.mass, loop.viscosity, loop.damping, loop.delay, measured, exact,
+                          reference::linear_rule(loop), passive_cell});
   }
   outcome.judge_at_most("largest_error_of_the_boundary", worst.value(), 1e-4,
                         "theory: roots of the exact z transform; bisection to 2e-6");
   outcome.judge_at_least("least_loss_by_one_tick_of_delay", least_drop.value(), 2.5,
                          "theory: about three times; a tick more or less cannot hide");
-  outcome.tables.push_back(std::move(table));
 }
 
 void add_lines(const CaseContext& context, Figure& figure, int delay) {
   const std::string late = delay == 0 ? "no delay" : std::to_string(delay) + " tick late";
-  Series points{.label = "measured, " + late, .style = Series::Style::points};
-  Series exact{.label = "exact, " + late};
-  Series rule{.label = "linear rule, " + late, .style = Series::Style::dashed};
+  Series& exact = figure.add("exact, " + late);
+  Series& points = figure.add("measured, " + late, Series::Style::points);
+  Series& rule = figure.add("linear rule, " + late, Series::Style::dashed);
   const int steps = context.quick ? 4 : 8;
   for (int n = 0; n <= 40; ++n) {
     WallLoop loop{.mass = 0.1, .viscosity = 0.5, .damping = 2.0 * n / 40.0, .delay = delay};
@@ -306,22 +301,19 @@ void add_lines(const CaseContext& context, Figure& figure, int delay) {
       points.add(loop.damping, 1e-3 * measured_boundary(context, loop));
     }
   }
-  figure.series.push_back(std::move(exact));
-  figure.series.push_back(std::move(points));
-  figure.series.push_back(std::move(rule));
 }
 
 void measure_width(const CaseContext& context, Outcome& outcome) {
-  Figure figure = plot("z-width", "Z-width of a free device at 1 kHz",
-                       "Stiffest stable wall over its damping, m = 0.1 kg and b = 0.5 N s/m: lines "
-                       "from the roots of the loop, points from the time domain, dashed the linear "
-                       "rule. Below the lowest line every wall is passive.",
-                       {.label = "B of the wall (N s/m)", .minimum = 0.0, .maximum = 2.0},
-                       {.label = "K of the wall (N/mm)", .minimum = 0.0});
+  Figure& figure =
+      outcome.plot("z-width", "Z-width of a free device at 1 kHz",
+                   "Stiffest stable wall over its damping, m = 0.1 kg and b = 0.5 N s/m: lines "
+                   "from the roots of the loop, points from the time domain, dashed the linear "
+                   "rule. Below the lowest line every wall is passive.",
+                   {.label = "B of the wall (N s/m)", .minimum = 0.0, .maximum = 2.0},
+                   {.label = "K of the wall (N/mm)", .minimum = 0.0});
   add_lines(context, figure, 0);
   add_lines(context, figure, 1);
-  figure.series.push_back(
-      curve("passive below (Colgate and Schenkel)", {0.0, 0.5}, {1.0, 0.0}, Series::Style::line));
+  figure.add("passive below (Colgate and Schenkel)", {0.0, 0.5}, {1.0, 0.0}, Series::Style::line);
   Largest worst;
   for (std::size_t n = 0; n + 2 < figure.series.size(); n += 3) {
     const Series& exact = figure.series[n];
@@ -333,7 +325,6 @@ void measure_width(const CaseContext& context, Outcome& outcome) {
   }
   outcome.judge_at_most("largest_error_of_the_points", worst.value(), 1e-4,
                         "theory: roots of the exact z transform");
-  outcome.figures.push_back(std::move(figure));
 }
 
 struct Plant {
@@ -344,17 +335,17 @@ struct Plant {
 constexpr Plant plants[] = {{"free device", 0.13, 0.5}, {"held by a medium hand", 0.28, 6.5}};
 
 void measure_rates(const CaseContext& context, Outcome& outcome) {
-  Table table = make_table("rates", "Stiffest stable wall by the rate of the loop",
-                           "Without wall damping and delay, and with the one tick of delay of a "
-                           "loop that sends and reads in a single exchange.",
-                           {"grip", "rate (Hz)", "no delay (N/m)", "one tick late (N/m)"});
+  Table& table = outcome.table("rates", "Stiffest stable wall by the rate of the loop",
+                               "Without wall damping and delay, and with the one tick of delay of "
+                               "a loop that sends and reads in a single exchange.",
+                               {"grip", "rate (Hz)", "no delay (N/m)", "one tick late (N/m)"});
   Largest worst;
   for (const Plant& plant : plants) {
     double slow = 0.0;
     double ratio = 0.0;
     for (const double rate : {300.0, 500.0, 1000.0, 2000.0}) {
       if (context.quick && rate != 300.0 && rate != 1000.0) { continue; }
-      std::vector<Cell> row{std::string(plant.name), rate};
+      std::vector<Cell> row{plant.name, rate};
       for (const int delay : {0, 1}) {
         const WallLoop loop{plant.mass, plant.viscosity, 0.0, delay, 1.0 / rate};
         const double measured = measured_boundary(context, loop);
@@ -372,7 +363,6 @@ void measure_rates(const CaseContext& context, Outcome& outcome) {
   }
   outcome.judge_at_most("largest_error_of_a_boundary", worst.value(), 1e-4,
                         "theory: roots of the exact z transform");
-  outcome.tables.push_back(std::move(table));
 }
 
 /// Returns the remaining oscillation after ten seconds on a wall with an encoder [m].
@@ -398,12 +388,13 @@ void measure_quantisation(const CaseContext& context, Outcome& outcome) {
   const WallLoop loop{.mass = settings.mass, .viscosity = settings.viscosity};
   const double limit =
       reference::quantised_stiffness(loop, settings.encoder_step, settings.coulomb_friction);
-  Figure figure = plot("limit-cycle", "Swing that remains on a quantised wall",
-                       "Encoder of 0.05 mm, 0.05 N of Coulomb friction, 2 N s/m: beyond 2 f / D = "
-                       "2 N/mm friction no longer holds an encoder step.",
-                       {"K of the wall (N/mm)"}, {"fastest motion in the last second (um a tick)"});
+  Figure& figure =
+      outcome.plot("limit-cycle", "Swing that remains on a quantised wall",
+                   "Encoder of 0.05 mm, 0.05 N of Coulomb friction, 2 N s/m: beyond 2 f / D = 2 "
+                   "N/mm friction no longer holds an encoder step.",
+                   {"K of the wall (N/mm)"}, {"fastest motion in the last second (um a tick)"});
   figure.marks = {{.label = "2 f / D", .x = 1e-3 * limit}};
-  Series swings{.label = "swing", .style = Series::Style::line_and_points};
+  Series& swings = figure.add("swing", Series::Style::line_and_points);
   Largest below;
   for (int n = 1; n <= 30; ++n) {
     const double stiffness = 100.0 * n;
@@ -413,8 +404,6 @@ void measure_quantisation(const CaseContext& context, Outcome& outcome) {
   }
   outcome.judge_at_most("swing_within_the_rule", below.value(), 0.0,
                         "Abbott and Okamura: K <= min(2 b / T, 2 f / D) comes to rest", "m");
-  figure.series.push_back(std::move(swings));
-  outcome.figures.push_back(std::move(figure));
 }
 
 }  // namespace

@@ -2,15 +2,10 @@
 /// Conservation of momentum in free networks.
 
 #include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
-#include <cmath>
 
 #include "model/kernels/list_network.hpp"
-#include "model/stepping/integrator.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
-#include "validation/renumbering.hpp"
 
 namespace palpate::networks {
 
@@ -76,10 +71,10 @@ void judge_momentum(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = free_flight(1e-3);
   const double steps = context.quick ? 400.0 : 2000.0;
   const double h = 2e-5;
-  Table table = make_table("momentum", "Momentum of a free, damped network",
-                           "Largest change of linear and angular momentum over " + text(steps) +
-                               " steps, over the sum of all nodes' shares.",
-                           {"scheme", "linear (1)", "angular (1)"});
+  Table& table = outcome.table("momentum", "Momentum of a free, damped network",
+                               "Largest change of linear and angular momentum over " + text(steps) +
+                                   " steps, over the sum of all nodes' shares.",
+                               {"scheme", "linear (1)", "angular (1)"});
   for (const IntegratorInfo* scheme : integrators()) {
     const std::string name(scheme->name);
     const double taken = scheme->implicit ? steps / 10.0 : steps;
@@ -99,7 +94,6 @@ void judge_momentum(const CaseContext& context, Outcome& outcome) {
     }
     table.rows.push_back({name, drift.linear.value(), drift.angular.value()});
   }
-  outcome.tables.push_back(std::move(table));
 }
 
 /// The kernels' forces in random states.
@@ -195,9 +189,10 @@ void judge_undamped(const CaseContext& context, Outcome& outcome) {
   SpringNetwork still = network;
   still.initial_displacement.resize(3, 0);
   const double h = z / highest_frequency(NetworkProblem(still));
-  Figure figure = plot("energy-undamped", "Energy of an undamped network",
-                       "Symplectic schemes keep the energy in their band (omega_max h = 0.5).",
-                       {"time (s)"}, {"energy / initial energy"});
+  Figure& figure =
+      outcome.plot("energy-undamped", "Energy of an undamped network",
+                   "Symplectic schemes keep the energy in their band (omega_max h = 0.5).",
+                   {"time (s)"}, {"energy / initial energy"});
   const double nonlinear = 1e-3;  // ten times the strain: the elastic energy's cubic term
   for (const Band& band : bands) {
     const std::string name = band.scheme;
@@ -212,10 +207,9 @@ void judge_undamped(const CaseContext& context, Outcome& outcome) {
                           band.highest(z) + nonlinear, why);
     const std::size_t shown = std::min<std::size_t>(run.time.size(), 300);
     const auto cut = static_cast<std::ptrdiff_t>(shown);
-    figure.series.push_back(curve(name, {run.time.begin(), run.time.begin() + cut},
-                                  {run.ratio.begin(), run.ratio.begin() + cut}));
+    figure.add(name, {run.time.begin(), run.time.begin() + cut},
+               {run.ratio.begin(), run.ratio.begin() + cut});
   }
-  outcome.figures.push_back(std::move(figure));
 }
 
 /// Largest rise of the energy from one sample to any later one, over the initial energy.
@@ -243,10 +237,10 @@ void judge_damped(const CaseContext& context, Outcome& outcome) {
   for (double& value : exact) { value /= initial; }
   outcome.judge_at_most("largest_rise_reference", largest_rise(exact), 1e-10,
                         "theory: dampers only take energy; ten times the tolerance");
-  Figure figure = plot("energy-damped", "Energy of a damped network",
-                       "Without loads the energy of a damped network only falls.", {"time (s)"},
-                       logarithmic("energy / initial energy"));
-  figure.series.push_back(curve("reference", truth.solution.time, exact, Series::Style::dashed));
+  Figure& figure = outcome.plot("energy-damped", "Energy of a damped network",
+                                "Without loads the energy of a damped network only falls.",
+                                {"time (s)"}, logarithmic("energy / initial energy"));
+  figure.add("reference", truth.solution.time, exact, Series::Style::dashed);
   const double h = 1e-5;
   const double z = h * highest_frequency(problem);
   for (const IntegratorInfo* scheme : integrators()) {
@@ -260,9 +254,8 @@ void judge_damped(const CaseContext& context, Outcome& outcome) {
         monotone
             ? "theory: it damps every mode; rounding"
             : "theory: the modified energy falls, and is within omega_max h / 2 of the energy");
-    if (!scheme->implicit) { figure.series.push_back(curve(name, run.time, run.ratio)); }
+    if (!scheme->implicit) { figure.add(name, run.time, run.ratio); }
   }
-  outcome.figures.push_back(std::move(figure));
 }
 
 void measure_energy(const CaseContext& context, Outcome& outcome) {
@@ -341,7 +334,7 @@ double imbalance(const NetworkProblem& problem, const Eigen::MatrixXd& position,
 
 void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
                   const IntegratorInfo& scheme, Figure& figure, Outcome& outcome) {
-  Series errors{.label = std::string(scheme.name), .style = Series::Style::line_and_points};
+  Series& errors = figure.add(std::string(scheme.name), Series::Style::line_and_points);
   const SpringNetwork& network = problem.network();
   for (const long ticks : {128L, 256L, 512L, 1024L, 2048L}) {
     const Trace motion = roll_out(context, loaded_scene(std::string(scheme.name), ticks, 1),
@@ -354,7 +347,6 @@ void judge_scheme(const CaseContext& context, const NetworkProblem& problem,
                          scheme.order_damped - 0.15,
                          "theory: the balance closes at least as fast as the motion converges");
   outcome.report("imbalance_" + std::string(scheme.name), errors.y.back());
-  figure.series.push_back(std::move(errors));
 }
 
 void measure_work(const CaseContext& context, Outcome& outcome) {
@@ -371,17 +363,17 @@ void measure_work(const CaseContext& context, Outcome& outcome) {
   outcome.judge_at_most(
       "imbalance_reference", reference, 1e-9,
       "theory; 512 samples of Boole's rule at (omega h)^6 and the reference's own tolerance");
-  Figure figure = plot("imbalance", "Energy balance under load",
-                       "What is missing between the work of the loads, the change of energy and "
-                       "the dissipation, over the largest energy; the reference is dashed.",
-                       logarithmic("step (s)"), logarithmic("imbalance (1)"));
+  Figure& figure =
+      outcome.plot("imbalance", "Energy balance under load",
+                   "What is missing between the work of the loads, the change of energy and the "
+                   "dissipation, over the largest energy; the reference is dashed.",
+                   logarithmic("step (s)"), logarithmic("imbalance (1)"));
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->implicit && context.quick) { continue; }
     judge_scheme(context, problem, *scheme, figure, outcome);
   }
-  figure.series.push_back(curve("reference", {duration / 2048, duration / 128},
-                                {reference, reference}, Series::Style::dashed));
-  outcome.figures.push_back(std::move(figure));
+  figure.add("reference", {duration / 2048, duration / 128}, {reference, reference},
+             Series::Style::dashed);
 }
 
 // Independence of a motion of position, orientation and handedness of the frame, numbering, units,
@@ -536,10 +528,10 @@ void judge(const CaseContext& context, const std::string& name, const Changed& b
 }
 
 void measure_invariance(const CaseContext& context, Outcome& outcome) {
-  Table table =
-      make_table("invariance", "Motions that must be equal",
-                 "Largest difference over the peak after mapping back, and its bound by rounding.",
-                 {"change", "difference (1)", "bound (1)"});
+  Table& table = outcome.table(
+      "invariance", "Motions that must be equal",
+      "Largest difference over the peak after mapping back, and its bound by rounding.",
+      {"change", "difference (1)", "bound (1)"});
   const Changed base = base_case();
   const Matrix3d rotation =
       Eigen::AngleAxisd(1.1, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
@@ -555,7 +547,6 @@ void measure_invariance(const CaseContext& context, Outcome& outcome) {
   judge(context, "units_powers_of_two", base, in_units(1024.0, 512.0, 2048.0, true), 0, table,
         outcome);
   judge(context, "later_by_17_steps", delayed(0), delayed(17), 17, table, outcome);
-  outcome.tables.push_back(std::move(table));
 }
 
 }  // namespace

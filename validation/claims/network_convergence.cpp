@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 /// Block of tissue whose motion is compared with a reference.
 
-#include <Eigen/SparseCore>
-#include <algorithm>
-#include <cmath>
-
 #include "model/kernels/list_network.hpp"
-#include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
-#include "model/tissue/network_builder.hpp"
 #include "reference/exact_problems.hpp"
-#include "reference/solver_cross_check.hpp"
-#include "reference/solvers.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 
@@ -153,9 +145,8 @@ SchemeErrors run_scheme(const CaseContext& context, const BlockStudy& study, con
     errors.steps.push_back(scene.simulation.step / substeps);
     errors.maximum.push_back(error.maximum);
     errors.l2.push_back(error.l2);
-    table.rows.push_back({std::string(scheme.name), 1e3 * errors.steps.back(), error.maximum,
-                          error.l2, error.final,
-                          static_cast<double>(motion.steps * scheme.evaluations)});
+    table.rows.push_back({scheme.name, 1e3 * errors.steps.back(), error.maximum, error.l2,
+                          error.final, motion.steps * scheme.evaluations});
     outcome.timings.push_back(
         {.name = std::string(scheme.name) + " at " + text(1e3 * errors.steps.back()) + " ms",
          .value = motion.seconds});
@@ -189,17 +180,17 @@ void judge_scheme(const IntegratorInfo& scheme, const SchemeErrors& errors, cons
 
 void judge_schemes(const CaseContext& context, const BlockStudy& study, const Truth& truth,
                    const SpectralBounds& bounds, Outcome& outcome) {
-  Table table =
-      make_table("errors", "Errors on " + study.what,
-                 "Error of every scheme at its steps, over the peak displacement (largest, "
-                 "last) and over the root mean square of the motion; implicit schemes evaluate "
-                 "forces once per Newton iteration, counted as one a step.",
-                 {"scheme", "step (ms)", "largest error (1)", "L2 error (1)",
-                  "error at the end (1)", "force evaluations"});
-  Figure figure =
-      plot("error", "Error against step on " + study.what,
-           "Every scheme falls with its order towards the floor of the reference (dashed).",
-           logarithmic("step (s)"), logarithmic("largest error / peak"));
+  Table& table =
+      outcome.table("errors", "Errors on " + study.what,
+                    "Error of every scheme at its steps, over the peak displacement (largest, "
+                    "last) and over the root mean square of the motion; implicit schemes evaluate "
+                    "forces once per Newton iteration, counted as one a step.",
+                    {"scheme", "step (ms)", "largest error (1)", "L2 error (1)",
+                     "error at the end (1)", "force evaluations"});
+  Figure& figure =
+      outcome.plot("error", "Error against step on " + study.what,
+                   "Every scheme falls with its order towards the floor of the reference (dashed).",
+                   logarithmic("step (s)"), logarithmic("largest error / peak"));
   double coarsest = 0.0;
   double finest = study.scene.simulation.step;
   for (const IntegratorInfo* scheme : integrators()) {
@@ -212,13 +203,11 @@ void judge_schemes(const CaseContext& context, const BlockStudy& study, const Tr
     judge_scheme(*scheme, errors, truth, outcome);
     coarsest = std::max(coarsest, errors.steps.front());
     finest = std::min(finest, errors.steps.back());
-    figure.series.push_back(curve(std::string(scheme->name), errors.steps, errors.maximum,
-                                  Series::Style::line_and_points));
+    figure.add(std::string(scheme->name), errors.steps, errors.maximum,
+               Series::Style::line_and_points);
   }
-  figure.series.push_back(curve("floor of the reference", {finest, coarsest},
-                                {truth.worst_floor, truth.worst_floor}, Series::Style::dashed));
-  outcome.tables.push_back(std::move(table));
-  outcome.figures.push_back(std::move(figure));
+  figure.add("floor of the reference", {finest, coarsest}, {truth.worst_floor, truth.worst_floor},
+             Series::Style::dashed);
 }
 
 Figure motion_figure(const CaseContext& context, const BlockStudy& study,
@@ -230,11 +219,10 @@ Figure motion_figure(const CaseContext& context, const BlockStudy& study,
   const Index c = problem.coordinate(study.probe) + 2;
   const auto shown = [&](const std::vector<double>& time, const Eigen::MatrixXd& position,
                          const std::string& label, Series::Style style) {
-    Series series{.label = label, .style = style};
+    Series& series = figure.add(label, style);
     for (std::size_t n = 0; n < time.size(); ++n) {
       series.add(1e3 * time[n], 1e3 * (position(c, static_cast<Index>(n)) - position(c, 0)));
     }
-    figure.series.push_back(std::move(series));
   };
   shown(truth.solution.time, truth.solution.position, "reference", Series::Style::dashed);
   const SpectralBounds bounds = spectral_bounds(problem);
@@ -286,6 +274,11 @@ Truth judge_block(const CaseContext& context, const BlockStudy& study, Outcome& 
   outcome.figures.push_back(motion_figure(context, study, problem, truth));
   outcome.figures.push_back(section_figure(study, problem, truth));
   return truth;
+}
+
+template <BlockStudy (*study)(bool quick)>
+void measure_block(const CaseContext& context, Outcome& outcome) {
+  judge_block(context, study(context.quick), outcome);
 }
 
 void measure_cube(const CaseContext& context, Outcome& outcome) {
@@ -415,11 +408,11 @@ void measure_manufactured(const CaseContext& context, Outcome& outcome) {
   const ManufacturedProblem motion(specification,
                                    {.amplitude = 5e-4, .frequency = 300.0, .duration = duration});
   judge_references(context, motion, outcome);
-  Figure figure = plot("order", "Error against a manufactured motion",
-                       "Every scheme follows the chosen motion with its own order.",
-                       logarithmic("step (s)"), logarithmic("largest error / peak"));
+  Figure& figure = outcome.plot("order", "Error against a manufactured motion",
+                                "Every scheme follows the chosen motion with its own order.",
+                                logarithmic("step (s)"), logarithmic("largest error / peak"));
   for (const IntegratorInfo* scheme : integrators()) {
-    Series errors{.label = std::string(scheme->name), .style = Series::Style::line_and_points};
+    Series& errors = figure.add(std::string(scheme->name), Series::Style::line_and_points);
     long count = scheme->order_damped == 1 ? 256 : scheme->order_damped == 2 ? 128 : 64;
     for (int rung = 0; rung < 5; ++rung, count *= 2) {
       errors.add(duration / static_cast<double>(count),
@@ -430,9 +423,7 @@ void measure_manufactured(const CaseContext& context, Outcome& outcome) {
     outcome.judge_near("order_" + std::string(scheme->name), order.slope, expected, 0.15, "theory");
     outcome.judge_true("falls_" + std::string(scheme->name), order.monotone,
                        "errors must fall with the step");
-    figure.series.push_back(std::move(errors));
   }
-  outcome.figures.push_back(std::move(figure));
 }
 
 // Observed order of every scheme on a lattice that is pushed far enough to be nonlinear, with and
@@ -502,9 +493,8 @@ void draw(Series errors, int order, const std::string& how, double floor, Figure
   const double slope = finest * std::pow(ends[0] / ends[1], order);
   errors.label = how;
   figure.series.push_back(std::move(errors));
-  figure.series.push_back(
-      curve("order " + std::to_string(order), ends, {slope, finest}, Series::Style::dashed));
-  figure.series.push_back(curve("reference, " + how, ends, {floor, floor}, Series::Style::dashed));
+  figure.add("order " + std::to_string(order), ends, {slope, finest}, Series::Style::dashed);
+  figure.add("reference, " + how, ends, {floor, floor}, Series::Style::dashed);
 }
 
 void judge_order(const CaseContext& context, const IntegratorInfo& scheme, bool damped,
@@ -524,18 +514,17 @@ void judge_order(const CaseContext& context, const IntegratorInfo& scheme, bool 
                          "two families of solvers must agree to ten digits");
   outcome.judge_at_least("nonlinear_share_" + how, nonlinear_share(problem, truth), 0.01,
                          "less would judge a linear lattice");
-  outcome.report("rungs_" + how, static_cast<double>(order.rungs));
+  outcome.report("rungs_" + how, order.rungs);
   outcome.report("r_squared_" + how, order.r_squared);
   draw(std::move(climbed), expected, how, truth.worst_floor, figure);
 }
 
 void measure_order(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
-  Figure figure =
-      plot("order", "Error of " + std::string(scheme.name) + " on a nonlinear lattice",
-           "Largest error over the peak, slopes of the expected order, floor of the reference.",
-           logarithmic("step (s)"), logarithmic("largest error / peak"));
+  Figure& figure = outcome.plot(
+      "order", "Error of " + std::string(scheme.name) + " on a nonlinear lattice",
+      "Largest error over the peak, slopes of the expected order, floor of the reference.",
+      logarithmic("step (s)"), logarithmic("largest error / peak"));
   for (const bool damped : {false, true}) { judge_order(context, scheme, damped, figure, outcome); }
-  outcome.figures.push_back(std::move(figure));
 }
 
 Figure ladder_figure(const reference::Reference& found) {
@@ -543,14 +532,14 @@ Figure ladder_figure(const reference::Reference& found) {
       plot("ladder", "Ladder of tolerances of the reference",
            "Distance of looser runs from the finest; dashed: disagreement of the families.",
            logarithmic("relative tolerance"), logarithmic("largest difference / peak"));
-  Series rungs{.label = settings.solvers[0], .style = Series::Style::line_and_points};
+  Series& agreement = figure.add("agreement", Series::Style::dashed);
+  Series& rungs = figure.add(settings.solvers[0], Series::Style::line_and_points);
   for (const reference::Rung& rung : found.ladder) {
     rungs.add(rung.relative_tolerance, rung.position_error);
   }
   const double floor = std::pow(10.0, -found.agreed_digits);
-  figure.series.push_back(
-      curve("agreement", {rungs.x.back(), rungs.x.front()}, {floor, floor}, Series::Style::dashed));
-  figure.series.push_back(std::move(rungs));
+  agreement.x = {rungs.x.back(), rungs.x.front()};
+  agreement.y = {floor, floor};
   return figure;
 }
 
@@ -594,17 +583,11 @@ std::vector<Case> convergence_cases() {
       {"network/seven-layers", "accuracy",
        "On seven layers from skin to dura every scheme converges to an independent reference with "
        "its order.",
-       [](const CaseContext& context, Outcome& outcome) {
-         judge_block(context, seven_layer_study(context.quick), outcome);
-       },
-       10.0},
+       measure_block<seven_layer_study>, 10.0},
       {"network/heterogeneous", "accuracy",
        "On a block whose springs and masses all differ every scheme converges to an independent "
        "reference with its order.",
-       [](const CaseContext& context, Outcome& outcome) {
-         judge_block(context, heterogeneous_study(context.quick), outcome);
-       },
-       5.0},
+       measure_block<heterogeneous_study>, 5.0},
       {"network/reference", "accuracy",
        "Independent solvers agree on a nonlinear lattice to ten digits, and tighter tolerances "
        "come closer.",

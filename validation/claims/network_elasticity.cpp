@@ -4,12 +4,9 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <cmath>
 #include <complex>
-#include <functional>
 #include <numbers>
 
-#include "model/tissue/network_builder.hpp"
 #include "reference/exact_problems.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
@@ -166,11 +163,10 @@ void patch(const CaseContext& context, int connectivity, Outcome& outcome, Table
   table.rows.push_back({tag, measured.youngs, measured.poisson, measured.moduli.c11,
                         measured.moduli.c12, measured.moduli.c44, expected.c11, expected.c12,
                         expected.c44});
-  Series nodes{.label = tag + " neighbours", .style = Series::Style::points};
+  Series& nodes = figure.add(tag + " neighbours", Series::Style::points);
   for (Index i = 0; i < network.node_count(); ++i) {
     nodes.add(1e3 * network.rest_position(2, i), 1e6 * measured.traction_displacement(3 * i + 2));
   }
-  figure.series.push_back(std::move(nodes));
 }
 
 /// Edges, face and body diagonals scaled apart, so that no term of a formula hides behind another.
@@ -212,25 +208,23 @@ void masses(const CaseContext& context, Outcome& outcome) {
 }
 
 void measure_patch_test(const CaseContext& context, Outcome& outcome) {
-  Table table =
-      make_table("moduli", "Homogenised moduli",
-                 "Moduli measured on a block of 5 x 4 x 6 nodes under uniform traction on rollers "
-                 "and under affine boundary displacement, beside their formulas.",
-                 {"neighbours", "E (Pa)", "Poisson's ratio", "C11 (Pa)", "C12 (Pa)", "C44 (Pa)",
-                  "C11 formula (Pa)", "C12 formula (Pa)", "C44 formula (Pa)"});
-  Figure figure = plot("traction", "Displacement under uniform traction",
-                       "Every node of a block pulled by 1 Pa lies on the straight line of a "
-                       "homogeneous solid, whatever its neighbours.",
-                       {"distance from the roller (mm)"}, {"displacement along the pull (µm)"});
+  Table& table =
+      outcome.table("moduli", "Homogenised moduli",
+                    "Moduli measured on a block of 5 x 4 x 6 nodes under uniform traction on "
+                    "rollers and under affine boundary displacement, beside their formulas.",
+                    {"neighbours", "E (Pa)", "Poisson's ratio", "C11 (Pa)", "C12 (Pa)", "C44 (Pa)",
+                     "C11 formula (Pa)", "C12 formula (Pa)", "C44 formula (Pa)"});
+  Figure& figure =
+      outcome.plot("traction", "Displacement under uniform traction",
+                   "Every node of a block pulled by 1 Pa lies on the straight line of a "
+                   "homogeneous solid, whatever its neighbours.",
+                   {"distance from the roller (mm)"}, {"displacement along the pull (µm)"});
   for (const int connectivity : {6, 18, 26}) {
     patch(context, connectivity, outcome, table, figure);
   }
   const Block block;
-  figure.series.push_back(curve("t z / E", {0.0, 1e3 * 5.0 * block.spacing},
-                                {0.0, 1e6 * 5.0 * block.spacing / block.youngs_modulus},
-                                Series::Style::dashed));
-  outcome.tables.push_back(std::move(table));
-  outcome.figures.push_back(std::move(figure));
+  figure.add("t z / E", {0.0, 1e3 * 5.0 * block.spacing},
+             {0.0, 1e6 * 5.0 * block.spacing / block.youngs_modulus}, Series::Style::dashed);
   anisotropic(context, outcome);
   masses(context, outcome);
 }
@@ -330,13 +324,13 @@ void measure_skew(int connectivity, const CaseContext& context, Outcome& outcome
            {"time (s)"}, {"shear (1)"},
            {curve("mean shear of the released face", motion.time, values),
             curve("initial", {0.0, motion.time.back()}, {shear, shear}, Series::Style::dashed)}));
-  Figure shape = plot("slice", "Middle slice before and after",
-                      "Nodes of the middle slice when the block is let go and when it rests.",
-                      {"x (mm)"}, {"z (mm)"});
+  Figure& shape =
+      outcome.plot("slice", "Middle slice before and after",
+                   "Nodes of the middle slice when the block is let go and when it rests.",
+                   {"x (mm)"}, {"z (mm)"});
   shape.square = true;
   shape.series.push_back(slice(block, network, motion, 0, "let go"));
   shape.series.push_back(slice(block, network, motion, motion.position.cols() - 1, "at rest"));
-  outcome.figures.push_back(std::move(shape));
 }
 
 // Frequencies of chains and bars, assembled and from motions, against closed forms.
@@ -510,20 +504,19 @@ void judge_assembled(const CaseContext& context, int connectivity, Figure& figur
                      Outcome& outcome) {
   const Bar bar = bar_of(connectivity, bar_cells);
   const SpringNetwork network = candidate(context, block_network(bar.block));
-  Series points{.label = std::to_string(connectivity) + " neighbours, assembled",
-                .style = Series::Style::points};
+  Series& points =
+      figure.add(std::to_string(connectivity) + " neighbours, assembled", Series::Style::points);
   Largest error;
   for (int j = 1; j <= bar_cells; ++j) { error.add(assembled_error(bar, network, j, points)); }
   outcome.judge_at_most("assembled_error_" + std::to_string(connectivity), error.value(), 1e-11,
                         "theory; rounding of forces that cancel by (q a)^2 = 0.02");
-  figure.series.push_back(std::move(points));
 }
 
 /// With 6 neighbours a plane wave needs no rollers: it can be followed in motion.
 void judge_motion(const CaseContext& context, Figure& figure, Outcome& outcome) {
   const Bar bar = bar_of(6, bar_cells);
   const SpringNetwork network = block_network(bar.block);
-  Series measured{.label = "6 neighbours, from motion", .style = Series::Style::points};
+  Series& measured = figure.add("6 neighbours, from motion", Series::Style::points);
   Largest error;
   for (int j = 1; j <= bar_cells; j += context.quick ? 6 : 3) {
     const VectorXd shape = plane_wave(bar, network, j, 1e-3 * bar.block.spacing);
@@ -535,29 +528,31 @@ void judge_motion(const CaseContext& context, Figure& figure, Outcome& outcome) 
   outcome.judge_at_most("motion_error_6", error.value(), 1e-10,
                         "discrete theory of RK4; rounding of positions over displacements, 1e-12 a "
                         "sample, over the squared phase between samples");
-  figure.series.push_back(std::move(measured));
 }
 
 void measure_dispersion(const CaseContext& context, Outcome& outcome) {
-  Figure figure =
-      plot("dispersion", "Longitudinal waves along an axis of the lattice",
-           "Frequencies of plane waves, from the assembled matrices (sides on rollers) and from "
-           "motions, on the lattice dispersion; the dashed line is the continuum.",
-           {"q a / pi"}, {"omega a / c"});
-  Series lattice{.label = "2 sin(q a / 2)"};
+  Figure& figure =
+      outcome.plot("dispersion", "Longitudinal waves along an axis of the lattice",
+                   "Frequencies of plane waves, from the assembled matrices (sides on rollers) and "
+                   "from motions, on the lattice dispersion; the dashed line is the continuum.",
+                   {"q a / pi"}, {"omega a / c"});
+  Series& lattice = figure.add("2 sin(q a / 2)");
   for (int n = 0; n <= 60; ++n) { lattice.add(n / 60.0, 2.0 * std::sin(n * pi / 120.0)); }
-  figure.series.push_back(std::move(lattice));
-  figure.series.push_back(curve("continuum", {0.0, 0.7}, {0.0, 0.7 * pi}, Series::Style::dashed));
+  figure.add("continuum", {0.0, 0.7}, {0.0, 0.7 * pi}, Series::Style::dashed);
   for (const int connectivity : {6, 18, 26}) {
     judge_assembled(context, connectivity, figure, outcome);
   }
   judge_motion(context, figure, outcome);
-  outcome.figures.push_back(std::move(figure));
 }
 
 /// Blocks of several Poisson's ratios against isotropic elasticity.
 void measure_poisson(const CaseContext& context, Outcome& outcome) {
-  Series points{.label = "measured", .style = Series::Style::points};
+  Figure& figure =
+      outcome.plot("poisson", "Poisson's ratio of a block under traction",
+                   "Measured from the lateral contraction; the line is what the material gives.",
+                   {"nu of the material"}, {"nu measured"});
+  figure.add("given", {0.25, 0.49}, {0.25, 0.49});
+  Series& points = figure.add("measured", Series::Style::points);
   for (const double nu : {0.25, 0.3, 0.45, 0.49}) {
     const Block block{.poissons_ratio = nu};
     const Measured measured = measure_moduli(block, candidate(context, block_network(block)));
@@ -575,11 +570,6 @@ void measure_poisson(const CaseContext& context, Outcome& outcome) {
                           "1 / (1 - 2 nu)");
     points.add(nu, measured.poisson);
   }
-  outcome.figures.push_back(plot("poisson", "Poisson's ratio of a block under traction",
-                                 "Measured from the lateral contraction; the line is what the "
-                                 "material gives.",
-                                 {"nu of the material"}, {"nu measured"},
-                                 {curve("given", {0.25, 0.49}, {0.25, 0.49}), std::move(points)}));
 }
 
 /// Decay of the slowest mode of a cube of 20 mm on a fixed face, from its motion.

@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: MIT
 /// Comparison of every fast kernel with the specification in random states.
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
 #include <numbers>
 
 #include "model/kernels/lattice_network.hpp"
 #include "model/kernels/list_network.hpp"
-#include "model/stepping/integrator.hpp"
-#include "model/tissue/network_builder.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 
@@ -435,10 +429,10 @@ double impulse_in_steps(const CaseContext& context, const std::string& scheme, c
 }
 
 void judge_counts(const CaseContext& context, Outcome& outcome) {
-  Table table =
-      make_table("steps", "Steps on which a load acts",
-                 "Impulse of a constant load over h F, and the steps that begin in [start, end).",
-                 {"load", "start (s)", "end (s)", "h (s)", "impulse (steps)", "expected (steps)"});
+  Table& table = outcome.table(
+      "steps", "Steps on which a load acts",
+      "Impulse of a constant load over h F, and the steps that begin in [start, end).",
+      {"load", "start (s)", "end (s)", "h (s)", "impulse (steps)", "expected (steps)"});
   for (const Timing& timing : timings) {
     const auto expected = static_cast<double>(expected_steps(timing));
     const double steps = impulse_in_steps(context, "euler-cromer", timing, Profile::constant);
@@ -450,7 +444,6 @@ void judge_counts(const CaseContext& context, Outcome& outcome) {
                           timing.unit * static_cast<double>(timing.tick) / timing.substeps, steps,
                           expected});
   }
-  outcome.tables.push_back(std::move(table));
 }
 
 /// Every scheme gives a constant load the same impulse. A staggered scheme's velocity at an instant

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 /// The paper's Figs. 6 to 9 with its own parameters, each judged by numbers that theory gives.
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
 #include <numbers>
 
 #include "validation/claims/groups.hpp"
@@ -60,7 +56,7 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
   const double zero_rounding = 1e-12;  // zeros near 25 s are known to an eps of 25
   const double slope_rounding = 1e-9;  // h^4 of the extrapolation and eps A / h
   const auto zeros = zeros_of(printed).size();
-  outcome.judge_near("zeros of the printed form" + label, static_cast<double>(zeros), 0.0, 0.0,
+  outcome.judge_near("zeros of the printed form" + label, zeros, 0.0, 0.0,
                      "theory: a bare exponential has none");
   outcome.judge_near("frequency as plotted" + label, frequency_of(zeros_of(plotted)), 1.0,
                      zero_rounding, "theory: omega0, whatever c is; rounding", "rad/s");
@@ -74,28 +70,26 @@ void judge_forms(Outcome& outcome, double c, Table& table) {
                        zero_rounding * 1e2,
                        "theory: omega0 sqrt(1 - S^2); rounding of a faint crossing", "rad/s");
   }
-  table.rows.push_back({c, static_cast<double>(zeros), frequency_of(zeros_of(plotted)), omega1,
-                        slope_at_zero(plotted), slope_at_zero(exact)});
+  table.rows.push_back({c, zeros, frequency_of(zeros_of(plotted)), omega1, slope_at_zero(plotted),
+                        slope_at_zero(exact)});
 }
 
-Figure draw_forms(double c) {
+Figure& draw_forms(double c, Outcome& outcome) {
   Oscillator o = paper_oscillator(c);
   o.displacement = amplitude;
-  Figure figure =
-      plot("c-" + id_of(text(c)), "Eq. 6 in three readings, c = " + text(c) + " N s/m",
-           "The printed form only decays; as plotted it swings at omega0 and does not start from "
-           "rest; the exact motion, which the model follows, swings at omega1 and does.",
-           {"time (s)"}, {"position (m)"});
-  Series printed{.label = "as printed", .style = Series::Style::dashed};
-  Series plotted{.label = "as plotted", .style = Series::Style::line_and_points};
-  Series exact{.label = "exact"};
+  Figure& figure = outcome.plot(
+      "c-" + id_of(text(c)), "Eq. 6 in three readings, c = " + text(c) + " N s/m",
+      "The printed form only decays; as plotted it swings at omega0 and does not start from rest; "
+      "the exact motion, which the model follows, swings at omega1 and does.",
+      {"time (s)"}, {"position (m)"});
+  Series& printed = figure.add("as printed", Series::Style::dashed);
+  Series& plotted = figure.add("as plotted", Series::Style::line_and_points);
+  Series& exact = figure.add("exact");
   for (const double t : tick_times(0.25, 100)) {
-    for (Series* series : {&printed, &plotted, &exact}) { series->x.push_back(t); }
-    printed.y.push_back(reference::equation_6_printed(o, amplitude, t));
-    plotted.y.push_back(reference::equation_6_plotted(o, amplitude, 0.0, t));
-    exact.y.push_back(reference::exact_motion(o, t).position);
+    printed.add(t, reference::equation_6_printed(o, amplitude, t));
+    plotted.add(t, reference::equation_6_plotted(o, amplitude, 0.0, t));
+    exact.add(t, reference::exact_motion(o, t).position);
   }
-  figure.series = {std::move(printed), std::move(plotted), std::move(exact)};
   return figure;
 }
 
@@ -113,26 +107,22 @@ void judge_model(const CaseContext& context, Outcome& outcome, double c, Figure&
   outcome.judge_at_most("model from the exact form over its peak, c = " + text(c),
                         peak_distance(found.position, exact.position), bound,
                         "Taylor remainder of 500 steps");
-  Series points{.label = "model, Runge-Kutta", .style = Series::Style::points};
+  Series& points = figure.add("model, Runge-Kutta", Series::Style::points);
   for (std::size_t n = 0; n < found.time.size(); n += 20) {
     points.add(found.time[n], found.position[n]);
   }
-  figure.series.push_back(std::move(points));
 }
 
 void measure_figure_6(const CaseContext& context, Outcome& outcome) {
-  Table table = make_table(
+  Table& table = outcome.table(
       "forms", "What the three readings of Eq. 6 do",
       "Zeros, frequencies and initial velocities of the three forms.",
       {"c (N s/m)", "zeros as printed (1)", "frequency as plotted (rad/s)", "omega1 (rad/s)",
        "initial velocity as plotted (m/s)", "initial velocity, exact (m/s)"});
   for (const double c : paper_viscosities) {
     judge_forms(outcome, c, table);
-    Figure figure = draw_forms(c);
-    judge_model(context, outcome, c, figure);
-    outcome.figures.push_back(std::move(figure));
+    judge_model(context, outcome, c, draw_forms(c, outcome));
   }
-  outcome.tables.push_back(std::move(table));
   outcome.notes.emplace_back(
       "Eq. 6 as printed multiplies omega0 t by a phase of zero and cannot oscillate; the plotted "
       "curves have the frequency of an undamped spring and start inwards at gamma A.");
@@ -179,7 +169,7 @@ Recurrence compare(Misses& misses, const SchemeFigure& one, double c, double h,
 }
 
 void measure_scheme_figure(const SchemeFigure& one, const CaseContext& context, Outcome& outcome) {
-  Table table = make_table(
+  Table& table = outcome.table(
       "distances", one.title + " against Eq. 6",
       "RMS distances over 25 s; trace and determinant of the step, measured and in theory.",
       {"c (N s/m)", "h (s)", "from Eq. 6 as plotted (m)", "from the exact motion (m)", "trace (1)",
@@ -187,7 +177,7 @@ void measure_scheme_figure(const SchemeFigure& one, const CaseContext& context, 
   Misses misses;
   for (const double c : paper_viscosities) {
     const Oscillator oscillator = paper_oscillator(c);
-    Figure figure = plot(
+    Figure& figure = outcome.plot(
         "c-" + id_of(text(c)), one.title + ", c = " + text(c) + " N s/m",
         one.title + " at both steps of the paper beside Eq. 6 as plotted and the exact motion.",
         {"time (s)"}, {"position (m)"});
@@ -200,14 +190,13 @@ void measure_scheme_figure(const SchemeFigure& one, const CaseContext& context, 
           {c, h, rms_distance(found.position, equation_6_samples(oscillator, exact.time)),
            rms_distance(found.position, exact.position), recurrence.trace, one.trace(c, h),
            recurrence.determinant, one.determinant(c, h)});
-      figure.series.push_back(curve(one.title + ", h = " + text(h) + " s", found.time,
-                                    found.position, Series::Style::line_and_points));
+      figure.add(one.title + ", h = " + text(h) + " s", found.time, found.position,
+                 Series::Style::line_and_points);
     }
     const std::vector<double> fine = tick_times(0.1, 250);
-    figure.series.push_back(curve("Eq. 6 as plotted", fine, equation_6_samples(oscillator, fine),
-                                  Series::Style::dashed));
-    figure.series.push_back(curve("exact", fine, exact_samples(oscillator, fine).position));
-    outcome.figures.push_back(std::move(figure));
+    figure.add("Eq. 6 as plotted", fine, equation_6_samples(oscillator, fine),
+               Series::Style::dashed);
+    figure.add("exact", fine, exact_samples(oscillator, fine).position);
   }
   for (const auto& [name, value] : {std::pair{"trace", misses.trace.value()},
                                     std::pair{"determinant", misses.determinant.value()}}) {
@@ -218,7 +207,6 @@ void measure_scheme_figure(const SchemeFigure& one, const CaseContext& context, 
   outcome.judge_at_most("largest distance from the closed form over its peak",
                         misses.position.value(), 10.0 * 250.0 * epsilon,
                         "10 operations in each of 250 steps at one eps each");
-  outcome.tables.push_back(std::move(table));
 }
 
 // The paper's Fig. 10: orbits in the phase plane, and the area that each scheme gains or loses.
@@ -246,11 +234,11 @@ Figure draw(const CaseContext& context, const SchemeFigure& one, double c) {
   for (const double h : paper_steps) {
     const long steps = std::lround(paper_duration / h);
     const Samples orbit = run(context, oscillator, one.scheme, h, steps);
-    figure.series.push_back(curve("h = " + text(h) + " s", orbit.position, orbit.velocity,
-                                  Series::Style::line_and_points));
+    figure.add("h = " + text(h) + " s", orbit.position, orbit.velocity,
+               Series::Style::line_and_points);
   }
   const Samples exact = exact_samples(oscillator, tick_times(0.05, 500));
-  figure.series.push_back(curve("exact", exact.position, exact.velocity));
+  figure.add("exact", exact.position, exact.velocity);
   return figure;
 }
 
@@ -268,10 +256,10 @@ double miss_of_area(const CaseContext& context, const SchemeFigure& one, double 
 }
 
 void measure_figure_10(const CaseContext& context, Outcome& outcome) {
-  Table table =
-      make_table("areas", "What a step does to an area of the phase plane",
-                 "Measured factor, determinant of the step, and the exact exp(-c h / m).",
-                 {"scheme", "c (N s/m)", "h (s)", "measured (1)", "theory (1)", "exact (1)"});
+  Table& table =
+      outcome.table("areas", "What a step does to an area of the phase plane",
+                    "Measured factor, determinant of the step, and the exact exp(-c h / m).",
+                    {"scheme", "c (N s/m)", "h (s)", "measured (1)", "theory (1)", "exact (1)"});
   for (const SchemeFigure& one : scheme_figures) {
     Largest miss;
     for (const double h : paper_steps) {
@@ -286,7 +274,6 @@ void measure_figure_10(const CaseContext& context, Outcome& outcome) {
     outcome.figures.push_back(draw(context, one, 0.1));
     if (!context.quick) { outcome.figures.push_back(draw(context, one, 0.7)); }
   }
-  outcome.tables.push_back(std::move(table));
   outcome.notes.emplace_back(
       "Without damping Euler-Cromer and Feynman-Newton keep areas exactly and their orbits close; "
       "Euler gains 1 + h^2 per step, and with c = 0.1 N s/m at h = 0.1 s its spiral stands still.");
@@ -451,9 +438,9 @@ void judge_rounds(const std::vector<Round>& rounds, Outcome& outcome) {
                         excess.value(), 1.0, "triangle inequality");
   const std::string unit = "of " + std::to_string(rounds.size()) + " settings";
   outcome.report("Feynman-Newton as printed nearer to Eq. 6 than Euler-Cromer",
-                 static_cast<double>(nearer(rounds, &Round::from_equation, 2, 1)), unit);
+                 nearer(rounds, &Round::from_equation, 2, 1), unit);
   outcome.report("Feynman-Newton as printed nearer to the exact motion than Euler-Cromer",
-                 static_cast<double>(nearer(rounds, &Round::from_exact, 2, 1)), unit);
+                 nearer(rounds, &Round::from_exact, 2, 1), unit);
 }
 
 Figure draw(const std::vector<Round>& rounds) {
@@ -462,16 +449,13 @@ Figure draw(const std::vector<Round>& rounds) {
                        "plotted or the exact motion is the target.",
                        {"c (N s/m)"}, logarithmic("RMS distance (m)"));
   for (std::size_t i = 1; i < 4; ++i) {
-    Series equation{.label = contenders[i].title + " - Eq. 6", .style = Series::Style::dashed};
-    Series exact{.label = contenders[i].title + " - exact",
-                 .style = Series::Style::line_and_points};
+    Series& equation = figure.add(contenders[i].title + " - Eq. 6", Series::Style::dashed);
+    Series& exact = figure.add(contenders[i].title + " - exact", Series::Style::line_and_points);
     for (const Round& round : rounds) {
       if (round.h != 0.1) { continue; }
       equation.add(round.c, round.from_equation[i]);
       exact.add(round.c, round.from_exact[i]);
     }
-    figure.series.push_back(std::move(equation));
-    figure.series.push_back(std::move(exact));
   }
   return figure;
 }

@@ -2,16 +2,11 @@
 /// Exact motion of every regime compared with evaluations that do not distinguish regimes.
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <numbers>
 
-#include "model/stepping/integrator.hpp"
-#include "reference/oscillator.hpp"
 #include "reference/solvers.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/oscillator_fixture.hpp"
-#include "validation/signal.hpp"
 
 namespace palpate::oscillator {
 
@@ -108,13 +103,14 @@ std::vector<Named> regimes() {
 }
 
 void judge_closed_form(Outcome& outcome) {
-  Table table = make_table("differences", "Exact motion against a Taylor series in long double",
-                           "Largest difference over 25 s relative to the motion then, by regime.",
-                           {"motion", "S (1)", "class", "relative difference (1)"});
-  Figure figure =
-      plot("regimes", "One oscillator, all regimes",
-           "The exact free motion, undamped through critical (c = 2) to overdamped (c = 3).",
-           {"time (s)"}, {"position (m)"});
+  Table& table =
+      outcome.table("differences", "Exact motion against a Taylor series in long double",
+                    "Largest difference over 25 s relative to the motion then, by regime.",
+                    {"motion", "S (1)", "class", "relative difference (1)"});
+  Figure& figure = outcome.plot(
+      "regimes", "One oscillator, all regimes",
+      "The exact free motion, undamped through critical (c = 2) to overdamped (c = 3).",
+      {"time (s)"}, {"position (m)"});
   Largest free;
   Largest near_critical;
   Largest driven;
@@ -125,10 +121,8 @@ void judge_closed_form(Outcome& outcome) {
     const bool is_driven = one.oscillator.drive_amplitude != 0.0;
     (is_driven ? driven : one.name.starts_with("S = 1") ? near_critical : free).add(difference);
     table.rows.push_back({one.name, reference::damping_ratio(one.oscillator),
-                          std::string(reference::damping_class(one.oscillator)), difference});
-    if (one.name.starts_with("c = ")) {
-      figure.series.push_back(curve(one.name, found.time, found.position));
-    }
+                          reference::damping_class(one.oscillator), difference});
+    if (one.name.starts_with("c = ")) { figure.add(one.name, found.time, found.position); }
   }
   const auto judge = [&](const std::string& name, const Largest& found) {
     outcome.judge_at_most(name, found.value(), 1e-13,
@@ -137,8 +131,6 @@ void judge_closed_form(Outcome& outcome) {
   judge("free motion", free);
   judge("free motion within 1e-3 of critical damping", near_critical);
   judge("driven motion", driven);
-  outcome.tables.push_back(std::move(table));
-  outcome.figures.push_back(std::move(figure));
 }
 
 /// Judges the closed form with two external solvers for the equation of motion.
@@ -192,9 +184,9 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
   judge_closed_form(outcome);
   judge_solvers(outcome);
   judge_model(context, outcome);
-  Table names = make_table("classes", "Classes of damping",
-                           "What the paper's settings are, with m = 1 kg and k = 1 N/m.",
-                           {"c (N s/m)", "S (1)", "class", "the paper's text"});
+  Table& names = outcome.table("classes", "Classes of damping",
+                               "What the paper's settings are, with m = 1 kg and k = 1 N/m.",
+                               {"c (N s/m)", "S (1)", "class", "the paper's text"});
   int agreeing = 0;
   for (const double c : swept_viscosities) {
     const Oscillator o = paper_oscillator(c);
@@ -205,14 +197,12 @@ void measure_regimes(const CaseContext& context, Outcome& outcome) {
                                             : "overdamped";
     agreeing += found == expected ? 1 : 0;
     names.rows.push_back({c, reference::damping_ratio(o), found,
-                          std::string(c == 0.7   ? "overdamped"
-                                      : c == 1.8 ? "critically damped"
-                                                 : "")});
+                          c == 0.7   ? "overdamped"
+                          : c == 1.8 ? "critically damped"
+                                     : ""});
   }
-  outcome.judge_at_least("settings in the class that c^2 - 4 m k says",
-                         static_cast<double>(agreeing),
+  outcome.judge_at_least("settings in the class that c^2 - 4 m k says", agreeing,
                          static_cast<double>(swept_viscosities.size()), "sign of c^2 - 4 m k");
-  outcome.tables.push_back(std::move(names));
   outcome.notes.emplace_back(
       "The paper's text calls c = 0.7 N s/m overdamped and c = 1.8 N s/m critically damped; with m "
       "= 1 kg and k = 1 N/m they have S = 0.35 and S = 0.9 and are both underdamped. Critical "
@@ -288,9 +278,10 @@ void measure_discrete(const IntegratorInfo& info, const CaseContext& context, Ou
   const std::string scheme(info.name);
   const long steps = context.quick ? 200 : 500;
   const double limit = operations(scheme);
-  Figure figure = plot("difference", "Model minus closed form of " + scheme,
-                       "The position differs from the closed form of the scheme by rounding only.",
-                       {"time (s)"}, logarithmic("absolute difference (m)"));
+  Figure& figure =
+      outcome.plot("difference", "Model minus closed form of " + scheme,
+                   "The position differs from the closed form of the scheme by rounding only.",
+                   {"time (s)"}, logarithmic("absolute difference (m)"));
   const auto judge = [&](const std::string& label, const Oscillator& oscillator, double h) {
     const Samples found = run(context, oscillator, scheme, h, steps);
     const Closed closed = closed_form(scheme, oscillator, h, steps);
@@ -299,13 +290,12 @@ void measure_discrete(const IntegratorInfo& info, const CaseContext& context, Ou
                           "one eps for each of the " + text(limit) +
                               " operations of a step, carried on by the powers of its matrix",
                           "eps");
-    Series series{.label = label, .style = Series::Style::points};
+    Series& series = figure.add(label, Series::Style::points);
     for (std::size_t n = 0; n < found.position.size() && n < closed.position.size(); ++n) {
       const double difference = std::abs(found.position[n] - closed.position[n]);
       if (!(difference > 0.0)) { continue; }  // a logarithmic axis has no zero
       series.add(found.time[n], difference);
     }
-    figure.series.push_back(std::move(series));
   };
   for (const double c : {0.0, 0.1, 1.0, 2.0, 3.0}) {
     judge("c = " + text(c) + " N s/m", paper_oscillator(c), 0.1);
@@ -314,7 +304,6 @@ void measure_discrete(const IntegratorInfo& info, const CaseContext& context, Ou
   judge("m = 0.7 kg, k = 3 N/m, c = 0.4 N s/m",
         {.mass = 0.7, .stiffness = 3.0, .viscosity = 0.4, .displacement = 0.3, .velocity = -1.1},
         0.08);
-  outcome.figures.push_back(std::move(figure));
 }
 
 // Observed order of every scheme on the undamped, the damped and the driven oscillator.
@@ -379,25 +368,23 @@ void judge_slope(Outcome& outcome, const std::string& what, int order, const Obs
   const double p = order;
   outcome.judge_near("order of " + what, found.slope, p, tolerance,
                      "Taylor expansion of one step gives order " + std::to_string(order));
-  outcome.judge_at_least("rungs used for " + what, static_cast<double>(found.rungs), 4.0,
+  outcome.judge_at_least("rungs used for " + what, found.rungs, 4.0,
                          "fewer than four errors show no slope");
   outcome.judge_true("errors of " + what + " fall with h", found.monotone, "convergence");
   outcome.report("r^2 of " + what, found.r_squared);
 }
 
 void draw(Figure& figure, const std::string& name, Series errors, const ObservedOrder& order) {
-  Series fit{.label = name + ", slope " + text(std::round(100.0 * order.slope) / 100.0),
-             .style = Series::Style::dashed,
-             .x = errors.x};
   double level = 0.0;  // the line through the middle of the errors
   for (std::size_t n = 0; n < errors.x.size(); ++n) {
     level += std::log(errors.y[n]) - order.slope * std::log(errors.x[n]);
   }
   level /= static_cast<double>(errors.x.size());
   errors.label = name + ", measured";
-  figure.series.push_back(std::move(errors));
-  for (const double h : fit.x) { fit.y.push_back(std::exp(level + order.slope * std::log(h))); }
-  figure.series.push_back(std::move(fit));
+  figure.series.push_back(errors);
+  Series& fit = figure.add(name + ", slope " + text(std::round(100.0 * order.slope) / 100.0),
+                           Series::Style::dashed);
+  for (const double h : errors.x) { fit.add(h, std::exp(level + order.slope * std::log(h))); }
 }
 
 void measure_order(const IntegratorInfo& info, const CaseContext& context, Outcome& outcome) {
@@ -409,14 +396,15 @@ void measure_order(const IntegratorInfo& info, const CaseContext& context, Outco
   const char* from = "Taylor expansion of one step";
   outcome.judge_equal("announced order, undamped", info.order_undamped, expected.undamped, from);
   outcome.judge_equal("announced order, damped", info.order_damped, expected.damped, from);
-  Figure figure = plot("error-over-step", "Convergence of " + std::string(info.name),
-                       "Largest position error over " + text(duration) +
-                           " s against the exact motion, relative to its peak, falls with the step "
-                           "at the slope that the dashed lines show.",
-                       logarithmic("step h (s)"), logarithmic("largest error over peak (1)"));
-  Table table = make_table("errors", "Errors on the ladder of steps",
-                           "Largest errors relative to the peak of the exact motion.",
-                           {"oscillator", "h (s)", "position error (1)", "velocity error (1)"});
+  Figure& figure =
+      outcome.plot("error-over-step", "Convergence of " + std::string(info.name),
+                   "Largest position error over " + text(duration) +
+                       " s against the exact motion, relative to its peak, falls with the step at "
+                       "the slope that the dashed lines show.",
+                   logarithmic("step h (s)"), logarithmic("largest error over peak (1)"));
+  Table& table = outcome.table("errors", "Errors on the ladder of steps",
+                               "Largest errors relative to the peak of the exact motion.",
+                               {"oscillator", "h (s)", "position error (1)", "velocity error (1)"});
   for (const Setting& setting :
        {Setting{"undamped", thrown(paper_oscillator(0.0)), expected.undamped},
         Setting{"damped", thrown(paper_oscillator(0.5)), expected.damped},
@@ -432,8 +420,6 @@ void measure_order(const IntegratorInfo& info, const CaseContext& context, Outco
       table.rows.push_back({setting.name, position.x[n], position.y[n], velocity.y[n]});
     }
   }
-  outcome.figures.push_back(std::move(figure));
-  outcome.tables.push_back(std::move(table));
   outcome.notes.push_back(std::string(info.name) + ": order " + std::to_string(expected.undamped) +
                           " undamped and " + std::to_string(expected.damped) + " damped, because " +
                           std::string(expected.because) + ".");
@@ -476,27 +462,24 @@ void sweep_scheme(const CaseContext& context, Outcome& outcome, const Integrator
 }
 
 void measure_sweep(const CaseContext& context, Outcome& outcome) {
-  Table table = make_table("errors", "Errors of every scheme over the sweep of damping",
-                           "Largest position error against the exact motion relative to its peak, "
-                           "for free motions by c and for the driven one.",
-                           {"scheme", "h (s)"});
+  Table& table = outcome.table("errors", "Errors of every scheme over the sweep of damping",
+                               "Largest position error against the exact motion relative to its "
+                               "peak, for free motions by c and for the driven one.",
+                               {"scheme", "h (s)"});
   for (const double c : swept_viscosities) { table.columns.push_back("c = " + text(c) + " (1)"); }
   table.columns.emplace_back("driven (1)");
   for (const IntegratorInfo* info : integrators()) { sweep_scheme(context, outcome, *info, table); }
-  Figure figure = plot("errors", "Error over damping, h = 0.01 s",
-                       "The order of a scheme sets its error at every damping; of the half-step "
-                       "methods only the centred damping keeps it.",
-                       {"c (N s/m)"}, logarithmic("largest error over peak (1)"));
+  Figure& figure = outcome.plot("errors", "Error over damping, h = 0.01 s",
+                                "The order of a scheme sets its error at every damping; of the "
+                                "half-step methods only the centred damping keeps it.",
+                                {"c (N s/m)"}, logarithmic("largest error over peak (1)"));
   for (std::size_t n = 1; n < table.rows.size(); n += 2) {
-    Series series{.label = std::get<std::string>(table.rows[n][0]),
-                  .style = Series::Style::line_and_points};
+    Series& series =
+        figure.add(std::get<std::string>(table.rows[n][0]), Series::Style::line_and_points);
     for (std::size_t i = 0; i < swept_viscosities.size(); ++i) {
       series.add(swept_viscosities[i], std::get<double>(table.rows[n][i + 2]));
     }
-    figure.series.push_back(std::move(series));
   }
-  outcome.tables.push_back(std::move(table));
-  outcome.figures.push_back(std::move(figure));
 }
 
 }  // namespace

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Measured stability limit of every scheme, compared with theory.
 
-#include <cmath>
-
 #include "model/stepping/stability.hpp"
-#include "reference/oscillator.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/oscillator_fixture.hpp"
 
@@ -139,13 +136,12 @@ void measure_stability(const IntegratorInfo& info, const CaseContext& context, O
     std::erase(ratios, 0.0);  // no step is stable: judged by its growth instead
     judge_paper_setting(context, outcome);
   }
-  Table table = make_table("limits", "Longest stable step of " + std::string(info.name),
-                           "Found by bisection on runs of the model, and by theory.",
-                           {"S (1)", "h omega0 found (1)", "half of the last bracket (1)",
-                            "theory (1)", "planned with (1)"});
+  Table& table = outcome.table("limits", "Longest stable step of " + std::string(info.name),
+                               "Found by bisection on runs of the model, and by theory.",
+                               {"S (1)", "h omega0 found (1)", "half of the last bracket (1)",
+                                "theory (1)", "planned with (1)"});
   Series measured{.label = "found by bisection", .style = Series::Style::points};
   for (const double s : ratios) { judge_limit(context, outcome, info, s, table, measured); }
-  outcome.tables.push_back(std::move(table));
   Series line{.label = "theory"};
   for (int n = 0; n <= 90; ++n) {
     line.add(0.01 * n, reference::stability_limit(info.name, 1.0, 0.01 * n));

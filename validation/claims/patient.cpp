@@ -3,7 +3,6 @@
 /// middle of its posterior plane for 50 ms and released.
 
 #include <algorithm>
-#include <cmath>
 
 #include "reference/solver_cross_check.hpp"
 #include "validation/claims/groups.hpp"
@@ -126,7 +125,7 @@ Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost)
   double least = unbounded;
   double most = 0.0;
   for (const Rungs& rungs : ladder) {
-    Series series{.label = rungs.scheme, .style = Series::Style::line_and_points};
+    Series& series = figure.add(rungs.scheme, Series::Style::line_and_points);
     for (const Shown& each : all) {
       if (each.rungs != &rungs) { continue; }
       const double x = over_cost ? each.motion.seconds : each.motion.h;
@@ -134,10 +133,8 @@ Figure error_figure(const std::vector<Shown>& all, double floor, bool over_cost)
       least = std::min(least, x);
       most = std::max(most, x);
     }
-    figure.series.push_back(std::move(series));
   }
-  figure.series.push_back(
-      curve("floor of the references", {least, most}, {floor, floor}, Series::Style::dashed));
+  figure.add("floor of the references", {least, most}, {floor, floor}, Series::Style::dashed);
   return figure;
 }
 
@@ -150,11 +147,10 @@ Figure motion_figure(const NetworkProblem& problem, const std::vector<Shown>& al
                        {"time (s)"}, {"displacement along z (m)"});
   const auto add = [&](const std::string& label, const Eigen::MatrixXd& position,
                        Series::Style style) {
-    Series series{.label = label, .style = style};
+    Series& series = figure.add(label, style);
     for (Eigen::Index n = 0; n < position.cols(); ++n) {
       series.add(truth.time[static_cast<std::size_t>(n)], position(z, n) - truth.position(z, 0));
     }
-    figure.series.push_back(std::move(series));
   };
   add("reference", truth.position, Series::Style::line);
   for (const char* scheme : {"euler-cromer", "rk4", "implicit-euler"}) {
@@ -189,16 +185,14 @@ void measure_lumbar(const CaseContext& context, Outcome& outcome) {
     judge_scheme(all, rungs, floor, outcome);
   }
   outcome.report("peak displacement", reference::peak_displacement(truth.solution.position), "m");
-  Table table = make_table(
+  Table& table = outcome.table(
       "schemes", "Every integrator on the patient's network",
       "Errors over all nodes and ticks, relative to the peak displacement.",
       {"integrator", "substeps a tick", "h (s)", "largest error (1)", "L2 error (1)", "steps (1)"});
   for (const Shown& each : all) {
-    table.rows.push_back({std::string(each.rungs->scheme), static_cast<double>(each.substeps),
-                          each.motion.h, each.error.maximum, each.error.l2,
-                          static_cast<double>(each.motion.steps)});
+    table.rows.push_back({each.rungs->scheme, each.substeps, each.motion.h, each.error.maximum,
+                          each.error.l2, each.motion.steps});
   }
-  outcome.tables.push_back(std::move(table));
   outcome.figures = {motion_figure(problem, all, truth.solution), error_figure(all, floor, false),
                      error_figure(all, floor, true),
                      plot("floor", "How well the references agree",

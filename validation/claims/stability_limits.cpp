@@ -1,15 +1,8 @@
 // SPDX-License-Identifier: MIT
 /// Bounds that determine automatic substeps, compared with exact spectra of random networks.
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-
-#include "model/problem/problem.hpp"
-#include "model/stepping/stability.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/exact_problems.hpp"
-#include "reference/modal.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/stability_fixture.hpp"
 #include "validation/number_text.hpp"
@@ -168,7 +161,7 @@ void judge_row(const Row& row, Outcome& outcome) {
 }
 
 Row find_limit(const IntegratorInfo& scheme, const CaseContext& context, SpringNetwork network,
-               const Row& expected, std::vector<Series>& growth) {
+               const Row& expected, std::deque<Series>& growth) {
   Row row = expected;
   row.guaranteed = stable_step(scheme, spectral_bounds(NetworkProblem(network)));
   // For a tick of ten times the limit.
@@ -223,7 +216,7 @@ void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, O
   std::vector<double> relaxations{0.0, 1.5e-3};  // [s]
   if (!context.quick) { relaxations = {0.0, 4e-4, 1.5e-3, 4e-3}; }
   std::vector<Row> rows;
-  std::vector<Series> growth;
+  std::deque<Series> growth;
   for (const double relaxation : relaxations) {
     const SpringNetwork network = cube(3, relaxation);
     const Spectrum spectrum = spectrum_of(network);
@@ -239,26 +232,24 @@ void measure_blow_up(const IntegratorInfo& scheme, const CaseContext& context, O
     }
   }
   if (rows.empty()) { return; }
-  Table table = make_table("limits", "Steps at which the lattice blows up",
-                           "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
-                           {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
-                            "guaranteed (ms)", "automatic (ms)", "margin (dB)"});
+  Table& table =
+      outcome.table("limits", "Steps at which the lattice blows up",
+                    "3 x 3 x 3 nodes; S is the damping ratio of the mode that fails first.",
+                    {"c/k (ms)", "omega (rad/s)", "S (1)", "theory (ms)", "measured (ms)",
+                     "guaranteed (ms)", "automatic (ms)", "margin (dB)"});
   for (const Row& row : rows) {
     table.rows.push_back({1e3 * row.relaxation, row.limit.omega, row.limit.damping_ratio,
                           1e3 * row.limit.h, 1e3 * row.measured, 1e3 * row.guaranteed,
                           1e3 * row.automatic, margin_db(row.limit.h, row.automatic)});
   }
-  outcome.tables.push_back(std::move(table));
-  Figure figure =
-      plot("growth", "Growth around the stability limit",
-           "Largest displacement over the initial one, for every step of the bisection; runs above "
-           "the line are unstable; growth is drawn up to a million.",
-           {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
-           logarithmic("largest displacement / initial (1)"));
+  Figure& figure =
+      outcome.plot("growth", "Growth around the stability limit",
+                   "Largest displacement over the initial one, for every step of the bisection; "
+                   "runs above the line are unstable; growth is drawn up to a million.",
+                   {.label = "step / theoretical limit (1)", .minimum = 0.94, .maximum = 1.06},
+                   logarithmic("largest displacement / initial (1)"));
   figure.series = std::move(growth);
-  figure.series.push_back(
-      curve("counts as blown up", {0.94, 1.06}, {blown_up, blown_up}, Series::Style::dashed));
-  outcome.figures.push_back(std::move(figure));
+  figure.add("counts as blown up", {0.94, 1.06}, {blown_up, blown_up}, Series::Style::dashed);
 }
 
 // Growth per step of every scheme over step length and damping, measured by running it, with the
@@ -359,11 +350,12 @@ Borders borders_of(const CaseContext& context, const IntegratorInfo& scheme) {
 }
 
 void measure_map(const IntegratorInfo& scheme, const CaseContext& context, Outcome& outcome) {
-  Figure figure = plot("map", "Growth per step of " + std::string(scheme.name),
-                       "Growth of x'' + 2 S x' + x = 0 per step, measured over 60 steps; the "
-                       "points are the border found by bisection of long runs.",
-                       {.label = "damping ratio S (1)", .minimum = 0.0, .maximum = highest_damping},
-                       {.label = "h omega0 (1)", .minimum = 0.0, .maximum = highest_step});
+  Figure& figure =
+      outcome.plot("map", "Growth per step of " + std::string(scheme.name),
+                   "Growth of x'' + 2 S x' + x = 0 per step, measured over 60 steps; the points "
+                   "are the border found by bisection of long runs.",
+                   {.label = "damping ratio S (1)", .minimum = 0.0, .maximum = highest_damping},
+                   {.label = "h omega0 (1)", .minimum = 0.0, .maximum = highest_step});
   figure.heat_map = heat_map(context, scheme);
   if (std::isinf(scalar_limit(scheme, 1.0, 0.5))) {
     // The size of a state and its energy are the same here, and A-stable schemes keep that.
@@ -381,7 +373,6 @@ void measure_map(const IntegratorInfo& scheme, const CaseContext& context, Outco
           "S = 0 has no border: every step amplifies (judged by stability/blow-up)");
     }
   }
-  outcome.figures.push_back(std::move(figure));
 }
 
 // Stiffness and mass over six decades within one network, stepped with automatic substeps.
@@ -452,8 +443,8 @@ void judge_ladder(const std::string& integrator, const std::vector<Rung>& ladder
     worst_growth.add(rung.energy_growth / rung.energy_bound);
     const double margin = margin_db(rung.limit, rung.motion.h);
     least_margin.add(margin);
-    table.rows.push_back({integrator, rung.ratio, static_cast<double>(rung.motion.substeps),
-                          1e6 * rung.motion.h, margin, rung.energy_growth, rung.energy_bound});
+    table.rows.push_back({integrator, rung.ratio, rung.motion.substeps, 1e6 * rung.motion.h, margin,
+                          rung.energy_growth, rung.energy_bound});
   }
   outcome.judge_at_most(integrator + ": largest energy over initial, over theory",
                         worst_growth.value(), 1.0 + 1e-4,
@@ -486,33 +477,30 @@ void judge_accuracy(const CaseContext& context, Varied varied, Outcome& outcome)
 
 void measure_contrast(Varied varied, const CaseContext& context, Outcome& outcome) {
   const char* what = varied == Varied::stiffness ? "stiffness contrast" : "mass ratio";
-  Table table = make_table("ladder", "Automatic substeps over six decades",
-                           "Margin is 20 log10 of the true limit over the step taken; it is "
-                           "infinite where the implicit midpoint rule was chosen.",
-                           {"integrator", std::string(what) + " (1)", "substeps (1)", "step (us)",
-                            "margin (dB)", "largest energy / initial (1)", "theory (1)"});
-  Figure figure =
-      plot("step", std::string("Step over ") + what,
-           "Automatic substeps in a tick of 1 ms, and the limit from the exact spectrum.",
-           logarithmic(std::string(what) + " (1)"), logarithmic("step (s)"));
+  Table& table =
+      outcome.table("ladder", "Automatic substeps over six decades",
+                    "Margin is 20 log10 of the true limit over the step taken; it is infinite "
+                    "where the implicit midpoint rule was chosen.",
+                    {"integrator", std::string(what) + " (1)", "substeps (1)", "step (us)",
+                     "margin (dB)", "largest energy / initial (1)", "theory (1)"});
+  Figure& figure =
+      outcome.plot("step", std::string("Step over ") + what,
+                   "Automatic substeps in a tick of 1 ms, and the limit from the exact spectrum.",
+                   logarithmic(std::string(what) + " (1)"), logarithmic("step (s)"));
   for (const char* integrator : {"euler-cromer", "velocity-verlet", "auto"}) {
     std::vector<Rung> ladder;
-    Series steps{.label = integrator, .style = Series::Style::line_and_points};
+    if (figure.series.empty()) { figure.add("true limit", Series::Style::dashed); }
+    Series& steps = figure.add(integrator, Series::Style::line_and_points);
     for (int decade = 0; decade <= 6; decade += context.quick ? 2 : 1) {
       ladder.push_back(climb(context, integrator, varied, std::pow(10.0, decade)));
       steps.add(ladder.back().ratio, ladder.back().motion.h);
     }
     judge_ladder(integrator, ladder, table, outcome);
-    if (figure.series.empty()) {
-      Series limit{.label = "true limit", .style = Series::Style::dashed, .x = steps.x};
-      for (const Rung& rung : ladder) { limit.y.push_back(rung.limit); }
-      figure.series.push_back(std::move(limit));
-    }
-    figure.series.push_back(std::move(steps));
+    Series& limit = figure.series.front();
+    if (!limit.x.empty()) { continue; }
+    for (const Rung& rung : ladder) { limit.add(rung.ratio, rung.limit); }
   }
   judge_accuracy(context, varied, outcome);
-  outcome.tables.push_back(std::move(table));
-  outcome.figures.push_back(std::move(figure));
 }
 
 }  // namespace

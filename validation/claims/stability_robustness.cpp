@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 /// Extreme inputs: springs of zero length, inverted cells, very large forces, NaN.
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "model/kernels/list_network.hpp"
-#include "model/problem/problem.hpp"
 #include "validation/bench/timing.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/stability_fixture.hpp"
@@ -79,9 +74,10 @@ double energy_bound(const IntegratorInfo& scheme, double z) {
 }
 
 void measure_inverted(const CaseContext& context, Outcome& outcome) {
-  Figure figure = plot("energy", "Energy after a node was pushed through its cells",
-                       "Undamped 3 x 3 x 3 block, energy at every tick over the initial one.",
-                       {"time (s)"}, {"energy / initial (1)"});
+  Figure& figure =
+      outcome.plot("energy", "Energy after a node was pushed through its cells",
+                   "Undamped 3 x 3 x 3 block, energy at every tick over the initial one.",
+                   {"time (s)"}, {"energy / initial (1)"});
   const double fastest = spectrum_of(inverted_block(0.0)).omega.maxCoeff();
   for (const IntegratorInfo* scheme : integrators()) {
     if (scheme->name == "euler") { continue; }  // gains energy from any undamped motion
@@ -109,13 +105,13 @@ void measure_inverted(const CaseContext& context, Outcome& outcome) {
                         : motion.values("energy_j").back() / motion.values("energy_j").front(),
         1.0, "dampers only take energy");
   }
-  outcome.figures.push_back(std::move(figure));
 }
 
 void measure_huge_force(const CaseContext& context, Outcome& outcome) {
   const SpringNetwork network = cube(3, 4e-4);
-  Table table = make_table("verdicts", "A force of 1 MN on a node of 1 g", "",
-                           {"integrator", "verdict", "at (s)", "largest displacement seen (m)"});
+  Table& table =
+      outcome.table("verdicts", "A force of 1 MN on a node of 1 g", "",
+                    {"integrator", "verdict", "at (s)", "largest displacement seen (m)"});
   int unclear = 0;
   for (const IntegratorInfo* scheme : integrators()) {
     Scene scene = automatic_scene(std::string(scheme->name), 1e-3, 0.1);
@@ -124,13 +120,12 @@ void measure_huge_force(const CaseContext& context, Outcome& outcome) {
     const bool timed = motion.diverged_at > 0.0 && motion.diverged_at <= 0.1 + 1e-12;
     const bool clear = motion.position.allFinite() && (!motion.diverged || timed);
     unclear += clear ? 0 : 1;
-    table.rows.push_back({std::string(scheme->name), motion.diverged ? "diverged" : "finite",
+    table.rows.push_back({scheme->name, motion.diverged ? "diverged" : "finite",
                           motion.diverged ? motion.diverged_at : 0.1,
                           largest_displacement(motion)});
   }
-  outcome.judge_at_most("schemes without a clear verdict", static_cast<double>(unclear), 0.0,
+  outcome.judge_at_most("schemes without a clear verdict", unclear, 0.0,
                         "every sample that is kept is finite, and divergence has its time");
-  outcome.tables.push_back(std::move(table));
 }
 
 enum class Place { displacement, velocity, mass, stiffness };
@@ -173,8 +168,7 @@ void measure_nan(const CaseContext& context, Outcome& outcome) {
     }
   }
   outcome.judge_equal("runs reported as diverged at the first tick, of " + std::to_string(runs),
-                      static_cast<double>(seen_at_once), static_cast<double>(runs),
-                      "a state that is not finite is divergence");
+                      seen_at_once, runs, "a state that is not finite is divergence");
 }
 
 // Amplitudes below the normal range of double: nothing becomes NaN, and little becomes slow.
@@ -232,8 +226,8 @@ Pass run(const CaseContext& context, const std::string& scheme, double amplitude
 }
 
 void measure_denormals(const CaseContext& context, Outcome& outcome) {
-  Table table = make_table("cost", "Run time at denormal amplitudes", "",
-                           {"integrator", "1e-3 m (s)", "1e-310 m (s)", "slowdown (1)"});
+  Table& table = outcome.table("cost", "Run time at denormal amplitudes", "",
+                               {"integrator", "1e-3 m (s)", "1e-310 m (s)", "slowdown (1)"});
   table.timing = true;
   constexpr double slowdown_allowed = 10.0;
   Largest slowest;
@@ -253,7 +247,6 @@ void measure_denormals(const CaseContext& context, Outcome& outcome) {
                         "design: no scene may miss its deadline by coming to rest");
   outcome.timings.push_back(
       {.name = "largest slowdown by denormals", .value = slowest.value(), .unit = "1"});
-  outcome.tables.push_back(std::move(table));
 }
 
 // Steps of random length and of no length, driven through the integrator's own interface.
@@ -308,9 +301,9 @@ void measure_jitter(const CaseContext& context, Outcome& outcome) {
   const Spectrum spectrum = spectrum_of(network);
   displace(network, amplitude);
   network = networks::candidate(context, std::move(network));
-  Table table = make_table("jitter", "Random steps up to half of the stability limit", "",
-                           {"integrator", "longest step (ms)", "largest energy / initial (1)",
-                            "final energy / initial (1)"});
+  Table& table = outcome.table("jitter", "Random steps up to half of the stability limit", "",
+                               {"integrator", "longest step (ms)", "largest energy / initial (1)",
+                                "final energy / initial (1)"});
   for (const IntegratorInfo* scheme : integrators()) {
     const double limit = network_limit(*scheme, spectrum, relaxation).h;
     const double fastest = spectrum.omega.maxCoeff();
@@ -334,7 +327,6 @@ void measure_jitter(const CaseContext& context, Outcome& outcome) {
                           "dampers only take energy");
     table.rows.push_back({name, 1e3 * longest, growth.value(), final.value()});
   }
-  outcome.tables.push_back(std::move(table));
 }
 
 void measure_zero_step(const CaseContext& /*context*/, Outcome& outcome) {
@@ -414,10 +406,10 @@ void judge(const IntegratorInfo& scheme, const Trace& motion, const Drift& drift
 }
 
 void measure_drift(const CaseContext& context, Outcome& outcome) {
-  Figure figure = plot("kept", "Change of the invariant over the run",
-                       "Relative change of the quadratic form that each scheme keeps exactly, in "
-                       "units of accumulated random rounding.",
-                       {"steps (1)"}, {"change / (eps sqrt(steps)) (1)"});
+  Figure& figure = outcome.plot("kept", "Change of the invariant over the run",
+                                "Relative change of the quadratic form that each scheme keeps "
+                                "exactly, in units of accumulated random rounding.",
+                                {"steps (1)"}, {"change / (eps sqrt(steps)) (1)"});
   for (const char* name : {"euler-cromer", "feynman-newton", "feynman-newton-printed", "leapfrog",
                            "velocity-verlet", "implicit-midpoint"}) {
     const IntegratorInfo& scheme = *find_integrator(name);
@@ -432,17 +424,15 @@ void measure_drift(const CaseContext& context, Outcome& outcome) {
         roll_out(context, scene, {.position = true, .velocity = true, .energy = true});
     const Drift drift = drift_of(scheme, motion);
     judge(scheme, motion, drift, outcome);
-    Series series{.label = name};
+    Series& series = figure.add(name);
     for (Eigen::Index n = 0; n < drift.kept.size(); n += 50) {
       series.add(static_cast<double>(n) * substeps,
                  (drift.kept(n) - 1.0) / (epsilon * std::sqrt(static_cast<double>(steps))));
     }
-    figure.series.push_back(std::move(series));
   }
   outcome.notes.emplace_back(
       "velocity-verlet: h^2 / 2 is rounded apart from h, which shrinks the state by some 1e-19 a "
       "step; after 1e7 steps that is still less than accumulated rounding is allowed to be");
-  outcome.figures.push_back(std::move(figure));
 }
 
 /// The same for a lattice, whose modes all run at once.

@@ -3,18 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SparseCore>
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "model/problem/needle_path.hpp"
-#include "model/problem/problem.hpp"
 #include "model/tissue/image_tissue.hpp"
-#include "model/tissue/lattice.hpp"
-#include "model/tissue/network_builder.hpp"
 #include "model/tissue/skin.hpp"
 #include "model/tissue/solids.hpp"
 #include "model/tissue/tissue_grid.hpp"
@@ -61,7 +53,7 @@ double area_of(const TriangleSurface& surface) {
 }
 
 void measure_surfaces(const CaseContext& /*context*/, Outcome& outcome) {
-  Table table = make_table(
+  Table& table = outcome.table(
       "volumes", "Volumes", "",
       {"solid", "voxel (mm)", "voxels", "volume (cm^3)", "error (%)", "of its limit (1)"});
   Largest worst;
@@ -78,11 +70,10 @@ void measure_surfaces(const CaseContext& /*context*/, Outcome& outcome) {
       const double share = std::abs(error) / (0.5 * std::sqrt(3.0) * area * h);
       worst.add(share);
       apart += voxelise(solid.surface, grid).inside == body.inside ? 0U : 1U;
-      table.rows.push_back({solid.name, 1e3 * h, double(body.voxel_count), 1e6 * body.volume,
+      table.rows.push_back({solid.name, 1e3 * h, body.voxel_count, 1e6 * body.volume,
                             100.0 * error / solid.volume, share});
     }
   }
-  outcome.tables.push_back(std::move(table));
   outcome.judge_at_most(
       "error of volume, of sqrt(3)/2 h times the surface", worst.value(), 1.0,
       "theory: a cell that is wrong in part lies within half its diagonal of the surface");
@@ -337,7 +328,7 @@ class HalfSpace {
 };
 
 void measure_hertz(const CaseContext& /*context*/, Outcome& outcome) {
-  Table table = make_table(
+  Table& table = outcome.table(
       "grids", "Force on the sphere",
       "At an indentation of 0.2 mm: R = 20 mm, a = 2 mm, E = 10 kPa, Poisson's ratio 1/4.",
       {"spacing (mm)", "nodes across the contact", "force (mN)", "error (%)"});
@@ -347,7 +338,6 @@ void measure_hertz(const CaseContext& /*context*/, Outcome& outcome) {
     table.rows.push_back({1e3 * reach / cells, 2.0 * contact * cells / reach, 1e3 * forces.back(),
                           100.0 * (forces.back() / hertz_force() - 1.0)});
   }
-  outcome.tables.push_back(std::move(table));
   const double step = std::abs(forces[2] - forces[1]);
   const double order = std::log(std::abs(forces[1] - forces[0]) / step) / std::log(refinement);
   // 3 without a visible order on few nodes: first order is assumed then (Roache 1998).
@@ -402,9 +392,9 @@ Scene cylinder(double spacing, const std::array<double, 2>& densities) {
 }
 
 void measure_volumes(Outcome& outcome) {
-  Table table = make_table("volumes", "Volumes of two layers", "",
-                           {"spacing (mm)", "nodes", "outer (cm^3)", "error (%)", "inner (cm^3)",
-                            "error (%)", "of their limit (1)"});
+  Table& table = outcome.table("volumes", "Volumes of two layers", "",
+                               {"spacing (mm)", "nodes", "outer (cm^3)", "error (%)",
+                                "inner (cm^3)", "error (%)", "of their limit (1)"});
   const std::array<double, 2> exact = volumes();
   Largest worst;
   for (const double spacing : {0.004, 0.002, 0.00125}) {
@@ -417,11 +407,10 @@ void measure_volumes(Outcome& outcome) {
     error.add(std::abs(found[1] - exact[1]));
     const double share = error.value() / limit;
     worst.add(share);
-    table.rows.push_back({1e3 * spacing, double(even.node_count()), 1e6 * found[0],
+    table.rows.push_back({1e3 * spacing, even.node_count(), 1e6 * found[0],
                           100.0 * (found[0] / exact[0] - 1.0), 1e6 * found[1],
                           100.0 * (found[1] / exact[1] - 1.0), share});
   }
-  outcome.tables.push_back(std::move(table));
   outcome.judge_at_most("error of the layers' volumes, of h/2 times the block's section",
                         worst.value(), 1.0,
                         "theory: a column of cells begins within h/2 of the skin above its middle");

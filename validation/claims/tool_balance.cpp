@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 /// Balances at every tick of an insertion: parts of the force, momentum, energy.
 
-#include <cmath>
-
 #include "model/tissue/network_builder.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
@@ -33,8 +31,7 @@ void measure_parts(const CaseContext& context, Outcome& outcome) {
                         "a prescribed drive applies what resists it", "N");
   outcome.judge_at_most("tip_force_above_the_strongest_cutting_force", above.value(), 0.0,
                         "law: the tip cuts before it pushes harder", "N");
-  outcome.judge_equal("samples", static_cast<double>(tool.size()), 1151.0,
-                      "one a tick and the beginning");
+  outcome.judge_equal("samples", tool.size(), 1151.0, "one a tick and the beginning");
   outcome.judge_between("peak_force", peak.value(), 1.2, 1.2 + 0.5,
                         "cutting force of the flavum and the friction of the whole track", "N");
 }

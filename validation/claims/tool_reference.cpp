@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <functional>
 #include <map>
 
 #include "model/tissue/network_builder.hpp"
@@ -105,8 +103,7 @@ void measure_chain(const CaseContext& context, Outcome& outcome) {
                         samples == 0 ? std::nan("") : worst.value() / peak, 1e-6, quasi);
   outcome.judge_between("peak_force", largest.value(), peak * (1.0 - 1e-12), peak * (1.0 + 1e-12),
                         "law: the tip never pushes harder than the cutting force", "N");
-  outcome.judge_equal("punctures", static_cast<double>(slow.count("puncture")), 3.0,
-                      "one for each layer");
+  outcome.judge_equal("punctures", slow.count("puncture"), 3.0, "one for each layer");
   outcome.figures.push_back(
       plot("chain", "Force over depth of a chain",
            "Three layers: the run at 2 mm/s and the exact curve without inertia.",
@@ -179,9 +176,10 @@ void measure_against_reference(const Technique& technique, const CaseContext& co
   const Trace truth =
       reference::solve_insertion(scene, build_network(scene), times, {.relative = 1e-9});
   const auto [run, tool] = insert(context, scene);
-  std::vector<std::vector<Cell>> rows;
+  Table& table = outcome.table("events", "Events and how far the model is off", "",
+                               {"event", "layer", "reference (s)", "model - reference (us)"});
   const double tick = scene.simulation.step;
-  outcome.judge_at_most("largest_error_of_an_event", event_error(run, truth, &rows), tick,
+  outcome.judge_at_most("largest_error_of_an_event", event_error(run, truth, &table.rows), tick,
                         "one tick; the reference finds its events as roots to 1e-8 s", "s");
   Scene fine = scene;
   fine.simulation.substeps = 8 * run.substeps;
@@ -215,9 +213,6 @@ void measure_against_reference(const Technique& technique, const CaseContext& co
   outcome.judge_at_least("share_of_ticks_compared",
                          static_cast<double>(compared) / static_cast<double>(times.size()), 0.5,
                          "most of the insertion lies between events");
-  outcome.tables.push_back(make_table("events", "Events and how far the model is off", "",
-                                      {"event", "layer", "reference (s)", "model - reference (us)"},
-                                      rows));
   outcome.figures.push_back(
       plot("force-depth", "Force over depth",
            "The model at ticks of 1 ms over the reference with its events as roots.",
@@ -230,7 +225,8 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
   const std::vector<double> times = ticks_of(scene);
   const Trace truth =
       reference::solve_insertion(scene, build_network(scene), times, {.relative = 1e-12});
-  std::vector<std::vector<Cell>> rows;
+  Table& table = outcome.table("errors", "Largest force error before the first puncture", "",
+                               {"integrator", "step (us)", "error / force"});
   for (const auto& [name, order] : {std::pair{"velocity-verlet", 2.0}, {"rk4", 4.0}}) {
     std::vector<double> steps, errors;
     scene.simulation.integrator = name;
@@ -245,16 +241,14 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
       }
       steps.push_back(run.h);
       errors.push_back(error.value() / truth.values("tool.force_n").back());
-      rows.push_back({std::string(name), 1e6 * steps.back(), errors.back()});
+      table.rows.push_back({name, 1e6 * steps.back(), errors.back()});
     }
     const ObservedOrder observed = observed_order(steps, errors, 2e-14);
     outcome.judge_near(std::string("observed_order_") + name, observed.slope, order, 0.15,
                        "theory: sticking is a smooth constraint");
-    outcome.judge_at_least(std::string("rungs_") + name, static_cast<double>(observed.rungs), 4.0,
+    outcome.judge_at_least(std::string("rungs_") + name, observed.rungs, 4.0,
                            "fewer do not make an order");
   }
-  outcome.tables.push_back(make_table("errors", "Largest force error before the first puncture", "",
-                                      {"integrator", "step (us)", "error / force"}, rows));
 }
 
 // Block of three layers with small deformation, compared with a static curve.
@@ -316,8 +310,7 @@ void measure_curve(const CaseContext& context, Outcome& outcome) {
       "largest_error_over_peak", worst.value(), 4.0 * dent / spacing,
       "theory: the reference is linear and a dent strains the springs beneath it by dent over "
       "spacing, fourfold for their turning; dampers taken out by extrapolating two speeds");
-  outcome.judge_equal("punctures", static_cast<double>(slow.count("puncture")), 3.0,
-                      "one for each layer");
+  outcome.judge_equal("punctures", slow.count("puncture"), 3.0, "one for each layer");
   outcome.figures.push_back(
       plot("static-curve", "Force over depth of a block",
            "Three layers of springs under a slow needle, and the curve of static compliances.",

@@ -4,13 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <optional>
 
-#include "model/problem/recording.hpp"
 #include "validation/number_text.hpp"
-#include "validation/signal.hpp"
-#include "validation/text.hpp"
 
 namespace palpate::comparison {
 

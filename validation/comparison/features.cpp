@@ -5,11 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <optional>
 #include <utility>
 
-#include "validation/signal.hpp"
-#include "validation/text.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::comparison {
 

@@ -6,10 +6,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "validation/comparison/comparison.hpp"
-#include "validation/comparison/subject_corridor.hpp"
+#include "validation/outcome.hpp"
 #include "validation/statistics.hpp"
 
 namespace palpate::comparison {
@@ -69,5 +70,25 @@ struct GroupComparison {
 /// them.
 GroupComparison compare_all(std::span<const Recording> recordings, const Trace& simulated,
                             const GroupOptions& options = {});
+
+// Credibility factors of ASME V&V 40-2018 and the available evidence.
+
+struct CredibilityFactor {
+  enum class Shown { not_shown, in_part, shown };
+  std::string activity{};  ///< verification, validation or applicability
+  std::string factor{};
+  std::string goal{};  ///< sufficient evidence for a training simulator
+  Shown shown = Shown::not_shown;
+  std::string evidence{};  ///< available evidence with counts; "not shown" and why otherwise
+  std::vector<std::string> links{};  ///< names of cases or recordings
+};
+std::string_view name_of(CredibilityFactor::Shown shown);  ///< "not shown", "in part", "shown"
+
+/// Returns the factors from the outcomes of a validation (empty: not run) and an optional
+/// comparison. A factor that depends on cases is shown if all of them pass, in part if some do.
+/// Recordings that were reconstructed from published values are no clinical evidence and leave the
+/// factors of validation "not shown".
+std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
+                                           const GroupComparison* comparison);
 
 }  // namespace palpate::comparison

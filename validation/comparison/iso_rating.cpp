@@ -61,16 +61,23 @@ WarpSums warp(std::span<const double> first, std::span<const double> second, std
 
 namespace {
 
-double corridor_score(std::span<const double> s, std::span<const double> r, const IsoRule& rule) {
+// Constants of ISO/TS 18571.
+constexpr double inner_corridor = 0.05;  ///< half-width over the largest |recorded|: score 1 inside
+constexpr double outer_corridor = 0.50;  ///< likewise: score 0 outside, squared distance between
+constexpr double largest_shift = 0.20;   ///< share of the samples at which the phase scores 0
+constexpr double warp_window = 0.10;     ///< share of the samples left after the shift
+constexpr double zero_magnitude = 0.50;  ///< warped error over warped recorded values: score 0
+constexpr double zero_slope = 2.0;       ///< error of slopes over recorded slopes: score 0
+
+double corridor_score(std::span<const double> s, std::span<const double> r) {
   const double scale = std::abs(std::ranges::max(r, {}, [](double v) { return std::abs(v); }));
   double sum = 0.0;
   for (std::size_t n = 0; n < r.size(); ++n) {
     const double off = std::abs(s[n] - r[n]);
-    if (off < rule.inner_corridor * scale || off == 0.0) {
+    if (off < inner_corridor * scale || off == 0.0) {
       sum += 1.0;
-    } else if (off <= rule.outer_corridor * scale) {
-      sum += std::pow(
-          (rule.outer_corridor - off / scale) / (rule.outer_corridor - rule.inner_corridor), 2);
+    } else if (off <= outer_corridor * scale) {
+      sum += std::pow((outer_corridor - off / scale) / (outer_corridor - inner_corridor), 2);
     }
   }
   return sum / static_cast<double>(r.size());
@@ -139,12 +146,11 @@ Shifted shifted(std::span<const double> s, std::span<const double> r, long late)
 }
 
 /// Among correlations that are equal to rounding, the smallest shift is selected.
-void find_shift(std::span<const double> s, std::span<const double> r, const IsoRule& rule,
-                IsoRating& rating) {
+void find_shift(std::span<const double> s, std::span<const double> r, IsoRating& rating) {
   std::optional<double> best;
   const Moments simulated(s);
   const Moments recorded(r);
-  const double allowed = rule.largest_shift * static_cast<double>(r.size());
+  const double allowed = largest_shift * static_cast<double>(r.size());
   for (std::size_t by = 0; static_cast<double>(by) <= allowed; ++by) {
     const std::size_t count = r.size() - by;
     for (const bool late : {true, false}) {
@@ -190,7 +196,7 @@ double linear_score(double error, double scale, double zero) {
   return scale > 0.0 ? std::max(0.0, 1.0 - error / scale / zero) : 0.0;
 }
 
-double slope_score(const Shifted& pair, const IsoRule& rule) {
+double slope_score(const Shifted& pair) {
   const std::vector<double> s = smooth_slope(pair.simulated);
   const std::vector<double> r = smooth_slope(pair.recorded);
   double error = 0.0;
@@ -199,13 +205,12 @@ double slope_score(const Shifted& pair, const IsoRule& rule) {
     error += std::abs(s[n] - r[n]);
     scale += std::abs(r[n]);
   }
-  return linear_score(error, scale, rule.zero_slope);
+  return linear_score(error, scale, zero_slope);
 }
 
 }  // namespace
 
-IsoRating rate(std::span<const double> simulated, std::span<const double> recorded,
-               const IsoRule& rule) {
+IsoRating rate(std::span<const double> simulated, std::span<const double> recorded) {
   const auto finite = [](double v) { return std::abs(v) <= largest_value; };
   if (simulated.size() != recorded.size() || recorded.size() < 10 ||
       !std::ranges::all_of(simulated, finite) || !std::ranges::all_of(recorded, finite)) {
@@ -213,14 +218,14 @@ IsoRating rate(std::span<const double> simulated, std::span<const double> record
         "a rating needs two traces of one length, at least 10 samples, all of them numbers");
   }
   IsoRating rating;
-  rating.corridor = corridor_score(simulated, recorded, rule);
-  find_shift(simulated, recorded, rule, rating);
+  rating.corridor = corridor_score(simulated, recorded);
+  find_shift(simulated, recorded, rating);
   const Shifted pair = shifted(simulated, recorded, rating.shift);
-  const double window = rule.warp_window * static_cast<double>(pair.recorded.size());
+  const double window = warp_window * static_cast<double>(pair.recorded.size());
   const WarpSums sums =
       warp(pair.simulated, pair.recorded, static_cast<std::size_t>(std::ceil(window)));
-  rating.magnitude = linear_score(sums.difference, sums.second, rule.zero_magnitude);
-  rating.slope = slope_score(pair, rule);
+  rating.magnitude = linear_score(sums.difference, sums.second, zero_magnitude);
+  rating.slope = slope_score(pair);
   rating.overall = 0.4 * rating.corridor + 0.2 * (rating.phase + rating.magnitude + rating.slope);
   return rating;
 }

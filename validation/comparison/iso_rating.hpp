@@ -24,17 +24,6 @@ WarpSums warp(std::span<const double> first, std::span<const double> second, std
 // Objective rating of ISO/TS 18571 for a simulated trace and a recorded one, as in published open
 // implementations of the standard. It explains a verdict but does not decide it.
 
-/// Constants of ISO/TS 18571.
-struct IsoRule {
-  double inner_corridor = 0.05;  ///< half-width over the largest |recorded|: score 1 inside
-  double outer_corridor = 0.50;  ///< half-width likewise: score 0 outside, squared distance between
-  double largest_shift =
-      0.20;  ///< share of the samples; phase score 0 there, linear to 1 at no shift
-  double warp_window = 0.10;     ///< share of the samples left after the shift
-  double zero_magnitude = 0.50;  ///< warped error over warped recorded values that scores 0
-  double zero_slope = 2.0;       ///< error of slopes over recorded slopes that scores 0
-};
-
 struct IsoRating {
   double corridor = 0.0;     ///< Z
   double phase = 0.0;        ///< E_P
@@ -49,8 +38,7 @@ struct IsoRating {
 /// Rates a simulated trace. Both traces have the same length >= 10 and values up to 1e100 (throws
 /// InputError otherwise). The standard does not define the phase of a constant and implementations
 /// rate it 1; here it is 0 with a note.
-IsoRating rate(std::span<const double> simulated, std::span<const double> recorded,
-               const IsoRule& rule = {});
+IsoRating rate(std::span<const double> simulated, std::span<const double> recorded);
 
 /// Returns "excellent" above 0.94, "good" above 0.80, "fair" above 0.58, else "poor".
 std::string_view grade_of(double overall);

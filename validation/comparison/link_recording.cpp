@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "model/problem/recording.hpp"
-
 namespace palpate {
 namespace {
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/problem/recording.hpp"
 #include "validation/random.hpp"
 
 namespace palpate {

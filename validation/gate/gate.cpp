@@ -2,12 +2,397 @@
 
 #include "validation/gate/gate.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
+#include <array>
+#include <iterator>
 #include <set>
 
-#include "validation/gate/change.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::gate {
+
+namespace {
+
+std::string bounds_text(const Quantity& q) {
+  if (!q.judged()) { return "none"; }
+  return plain_number(q.lower, 17) + " to " + plain_number(q.upper, 17);
+}
+
+/// Returns true if two bounds are the same up to the changes of a reference; a manual change is
+/// larger.
+bool same_bound(double before, double now) {
+  return now == before || std::abs(now - before) <= allowed_share * std::abs(before);
+}
+
+/// Returns the reason why two quantities cannot be compared; empty if they can.
+std::string obstacle_of_quantity(const Quantity& before, const Quantity& now) {
+  if (now.unit != before.unit) { return "unit " + now.unit + ", was " + before.unit; }
+  if (!same_bound(before.lower, now.lower) || !same_bound(before.upper, now.upper) ||
+      now.judged() != before.judged()) {
+    return "judged by bounds " + bounds_text(now) + ", was " + bounds_text(before);
+  }
+  if (!std::isfinite(now.value) && now.value != before.value) {
+    return "is " + plain_number(now.value);
+  }
+  if (!std::isfinite(before.value) && now.value != before.value) {
+    return "was " + plain_number(before.value);
+  }
+  if (now.judged() && !now.holds() && before.holds()) {
+    return "out of its bounds " + bounds_text(now);
+  }
+  return {};
+}
+
+/// Returns the distance of a value from the best one implied by its bound, to be compared by ratio.
+/// NaN without such a bound.
+double distance_from_good(const Quantity& q) {
+  const bool above = q.lower > -unbounded;
+  const bool below = q.upper < unbounded;
+  if (above && below && q.upper > q.lower) {
+    const double half = 0.5 * (q.upper - q.lower);
+    return std::max(std::abs(q.value - (q.lower + half)) / half, least_offset);
+  }
+  if (above && below) { return std::abs(q.value - q.upper); }
+  if (below) { return std::abs(q.value); }
+  if (above && q.value > 0.0) { return 1.0 / q.value; }
+  return std::nan("");
+}
+
+Change found(Change change, ChangeKind kind, std::string moved, std::string allowed = {}) {
+  change.kind = kind;
+  change.moved = std::move(moved);
+  change.allowed = std::move(allowed);
+  return change;
+}
+
+Change judged(const Change& change, double worse_by, double allowed, const std::string& unit) {
+  const bool grew = !(worse_by <= allowed);
+  const ChangeKind kind = grew                  ? ChangeKind::worse
+                          : worse_by < -allowed ? ChangeKind::better
+                                                : ChangeKind::within;
+  return found(change, kind,
+               plain_number(std::abs(worse_by), 2) + unit + (worse_by > 0.0 ? " worse" : " better"),
+               plain_number(allowed, 2) + unit);
+}
+
+/// Compares a quantity without a better direction: any change counts.
+Change unguided(const Change& change) {
+  const double scale = std::abs(change.before);
+  const double share = std::abs(change.now - change.before) / scale;
+  return found(change, !(share <= allowed_share) ? ChangeKind::moved : ChangeKind::within,
+               plain_number(100.0 * (change.now - change.before) / scale, 2) + " %",
+               plain_number(100.0 * allowed_share, 2) + " % either way");
+}
+
+}  // namespace
+
+std::string_view name_of(ChangeKind kind) {
+  constexpr std::array<std::string_view, 7> names{"same",  "rounding", "within", "better",
+                                                  "worse", "moved",    "broken"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+Change compare_quantity(const Quantity& before, const Quantity& now, double spread) {
+  Change change{.item = before.name, .before = before.value, .now = now.value, .unit = before.unit};
+  if (std::string problem = obstacle_of_quantity(before, now); !problem.empty()) {
+    return found(change, ChangeKind::broken, std::move(problem));
+  }
+  if (now.value == before.value) { return change; }
+  if (std::abs(now.value - before.value) <= spread_margin * spread) {
+    return found(change, ChangeKind::rounding,
+                 plain_number(std::abs(now.value - before.value), 2) + " " + before.unit,
+                 plain_number(spread_margin * spread, 2) + " " + before.unit);
+  }
+  if (before.unit == "digits") {
+    return judged(change, before.value - now.value, allowed_digits, " digits");
+  }
+  if (is_counted(before.unit)) {
+    return judged(change, 100.0 * (now.value / before.value - 1.0), 100.0 * allowed_share, " %");
+  }
+  const double was = distance_from_good(before);
+  const double is = distance_from_good(now);
+  if (std::isnan(was) || std::isnan(is)) { return unguided(change); }
+  return judged(change, was == is ? 0.0 : std::log10(is / was), allowed_digits, " digits");
+}
+
+namespace {
+
+struct Range {
+  double least = unbounded;
+  double greatest = -unbounded;
+
+  void add(double y) {
+    least = std::min(least, y);
+    greatest = std::max(greatest, y);
+  }
+};
+
+/// Returns the value on the chord between the neighbours; at the ends the value of the end.
+double value_at(const Path& path, double x) {
+  const auto right = std::ranges::lower_bound(path.x, x);
+  if (right == path.x.begin()) { return path.y.front(); }
+  if (right == path.x.end()) { return path.y.back(); }
+  const auto n = static_cast<std::size_t>(std::distance(path.x.begin(), right));
+  const double width = path.x[n] - path.x[n - 1];
+  const double share = width > 0.0 ? (x - path.x[n - 1]) / width : 1.0;
+  return path.y[n - 1] + share * (path.y[n] - path.y[n - 1]);
+}
+
+/// Returns the range of a curve within [begin, end].
+Range range_within(const Path& path, double begin, double end) {
+  Range range;
+  range.add(value_at(path, begin));
+  range.add(value_at(path, end));
+  const auto first = std::ranges::lower_bound(path.x, begin);
+  for (auto at = first; at != path.x.end() && *at <= end; ++at) {
+    range.add(path.y[static_cast<std::size_t>(std::distance(path.x.begin(), at))]);
+  }
+  return range;
+}
+
+Excess excess_over(const Path& path, const Path& other, double half_width) {
+  Excess largest;
+  for (std::size_t n = 0; n < path.x.size(); ++n) {
+    const double x = path.x[n];
+    const bool beyond = x < other.x.front() - half_width || x > other.x.back() + half_width;
+    const Range range = range_within(other, x - half_width, x + half_width);
+    const double y =
+        beyond ? unbounded : std::max({range.least - path.y[n], path.y[n] - range.greatest, 0.0});
+    if (y > largest.y) { largest = {.y = y, .x = x}; }
+  }
+  return largest;
+}
+
+}  // namespace
+
+Excess largest_excess(const Path& before, const Path& now, double half_width_x) {
+  const Excess out = excess_over(now, before, half_width_x);
+  const Excess missing = excess_over(before, now, half_width_x);
+  return out.y >= missing.y ? out : missing;
+}
+
+namespace {
+
+/// Returns the columns of the fit: the effects on `before` of a lag of one sample, a gain of one
+/// and an offset of one.
+Eigen::MatrixXd directions_of(const Eigen::Ref<const Eigen::VectorXd>& before) {
+  const Eigen::Index inner = before.size() - 2;
+  Eigen::MatrixXd columns(inner, 3);
+  columns.col(0) = -0.5 * (before.tail(inner) - before.head(inner));
+  columns.col(1) = before.segment(1, inner);
+  columns.col(2).setOnes();
+  return columns;
+}
+
+bool evenly_spaced(const std::vector<double>& x) {
+  const double step = (x.back() - x.front()) / static_cast<double>(x.size() - 1);
+  constexpr double rounding = 1e-6;
+  for (std::size_t n = 1; n < x.size(); ++n) {
+    if (!(std::abs(x[n] - x[n - 1] - step) <= rounding * std::abs(step))) { return false; }
+  }
+  return step != 0.0;
+}
+
+}  // namespace
+
+double lag_in_samples(const std::vector<double>& x, const std::vector<double>& before,
+                      const std::vector<double>& now) {
+  constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+  constexpr double collinear = 1e-3;  // a delayed ramp equals a ramp with an offset
+  if (before.size() < least_samples_for_lag || now.size() != before.size() || !evenly_spaced(x)) {
+    return nothing;
+  }
+  const auto size = static_cast<Eigen::Index>(before.size());
+  const Eigen::Map<const Eigen::VectorXd> was(before.data(), size);
+  const Eigen::Map<const Eigen::VectorXd> is(now.data(), size);
+  Eigen::MatrixXd columns = directions_of(was);
+  const Eigen::VectorXd difference = (is - was).segment(1, size - 2);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver;
+  const Eigen::RowVectorXd scale = columns.colwise().norm();
+  if (!(scale.minCoeff() > 0.0)) { return nothing; }
+  columns.array().rowwise() /= scale.array();
+  solver.setThreshold(collinear);
+  solver.compute(columns);
+  if (solver.rank() < 3) { return nothing; }
+  Eigen::VectorXd found = solver.solve(difference);
+  const double lag = found(0) / scale(0);
+  const double told = found(0) * found(0) / difference.squaredNorm();  // columns have length one
+  return told >= 0.5 ? lag : nothing;
+}
+
+namespace {
+
+double coordinate(double value, bool logarithmic) {
+  return logarithmic ? std::log10(std::abs(value)) : value;
+}
+
+std::vector<double> coordinates(const std::vector<double>& values, bool logarithmic) {
+  std::vector<double> list(values);
+  for (double& each : list) { each = coordinate(each, logarithmic); }
+  return list;
+}
+
+double range_of(const std::vector<double>& values) {
+  Range range;
+  for (const double value : values) {
+    if (std::isfinite(value)) { range.add(value); }
+  }
+  return range.greatest > range.least ? range.greatest - range.least : 0.0;
+}
+
+/// Returns the range of all curves of a figure.
+double range_of_all(const Figure& figure) {
+  std::vector<double> all;
+  for (const Series& each : figure.series) { all.insert(all.end(), each.y.begin(), each.y.end()); }
+  return range_of(coordinates(all, figure.y.logarithmic));
+}
+
+/// Checks sizes and gaps: values that are not finite must be at the same positions.
+std::string obstacle_of_curve(const Series& before, const Series& now) {
+  if (now.x.size() != now.y.size()) { return "x and y of different lengths"; }
+  if (now.label != before.label) {
+    return "is called \"" + now.label + "\", was \"" + before.label + "\"";
+  }
+  if (now.y.size() != before.y.size()) {
+    return std::to_string(now.y.size()) + " samples, was " + std::to_string(before.y.size());
+  }
+  for (std::size_t n = 0; n < now.y.size(); ++n) {
+    const bool same_y = std::isfinite(now.y[n]) == std::isfinite(before.y[n]);
+    const bool same_x = std::isfinite(now.x[n]) == std::isfinite(before.x[n]);
+    if (!same_x || !same_y) {
+      return "sample " + std::to_string(n) + " is " + plain_number(now.y[n]) + " at " +
+             plain_number(now.x[n]) + ", was " + plain_number(before.y[n]);
+    }
+  }
+  return {};
+}
+
+bool equal(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::ranges::equal(
+      a, b, [](double p, double q) { return p == q || (std::isnan(p) && std::isnan(q)); });
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double largest = 0.0;
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    if (std::isfinite(a[n])) { largest = std::max(largest, std::abs(a[n] - b[n])); }
+  }
+  return largest;
+}
+
+/// Returns the finite points of a curve from left to right.
+Path path_of(const Series& series, const Figure& figure) {
+  Path path;
+  for (std::size_t n = 0; n < series.x.size(); ++n) {
+    const double x = coordinate(series.x[n], figure.x.logarithmic);
+    const double y = coordinate(series.y[n], figure.y.logarithmic);
+    if (!std::isfinite(x) || !std::isfinite(y)) { continue; }
+    path.x.push_back(x);
+    path.y.push_back(y);
+  }
+  if (!std::ranges::is_sorted(path.x) && std::ranges::is_sorted(path.x, std::ranges::greater{})) {
+    std::ranges::reverse(path.x);
+    std::ranges::reverse(path.y);
+  }
+  return path;
+}
+
+/// Compares points, and curves whose x is not monotonic, sample by sample.
+Excess excess_by_sample(const Path& before, const Path& now, double half_width_x) {
+  Excess largest;
+  for (std::size_t n = 0; n < before.x.size(); ++n) {
+    const bool off = n >= now.x.size() || !(std::abs(now.x[n] - before.x[n]) <= half_width_x);
+    const double y = off ? unbounded : std::abs(now.y[n] - before.y[n]);
+    if (!(y <= largest.y)) { largest = {.y = y, .x = before.x[n]}; }
+  }
+  return now.x.size() == before.x.size() ? largest : Excess{.y = unbounded, .x = largest.x};
+}
+
+Excess excess_of(const Path& before, const Path& now, double half_width_x, Series::Style style) {
+  const bool curves = style != Series::Style::points && std::ranges::is_sorted(before.x) &&
+                      std::ranges::is_sorted(now.x) && !before.x.empty() && !now.x.empty();
+  return curves ? largest_excess(before, now, half_width_x)
+                : excess_by_sample(before, now, half_width_x);
+}
+
+Change compare_within_tube(const Figure& before, const Figure& now, std::size_t series,
+                           const Change& change) {
+  const Tube tube = tube_around(before, series);
+  const Excess excess =
+      excess_of(path_of(before.series[series], before), path_of(now.series[series], now), tube.x,
+                before.series[series].style);
+  const std::string unit = before.y.logarithmic ? " digits" : "";
+  const double x = before.x.logarithmic ? std::pow(10.0, excess.x) : excess.x;
+  return found(change, !(excess.y <= tube.y) ? ChangeKind::moved : ChangeKind::within,
+               plain_number(excess.y, 2) + unit + " off at " + plain_number(x),
+               plain_number(tube.y, 2) + unit);
+}
+
+Change compare_lag(const Figure& before, const Figure& now, std::size_t series,
+                   const Change& change) {
+  if (before.x.logarithmic || before.y.logarithmic) { return change; }
+  const double lag =
+      lag_in_samples(before.series[series].x, before.series[series].y, now.series[series].y);
+  if (std::isnan(lag) || std::abs(lag) <= allowed_lag) { return change; }
+  return found(change, ChangeKind::moved,
+               plain_number(std::abs(lag), 2) + (lag > 0.0 ? " samples late" : " samples early"),
+               plain_number(allowed_lag, 2) + " samples");
+}
+
+Change compare_edge(const Figure& before, const Figure& now, std::size_t series, double spread) {
+  const Series& was = before.series[series];
+  const Series& is = now.series[series];
+  Change change{.item = curve_name(before, series), .unit = before.y.label};
+  if (std::string problem = obstacle_of_curve(was, is); !problem.empty()) {
+    return found(change, ChangeKind::broken, std::move(problem));
+  }
+  if (equal(was.x, is.x) && equal(was.y, is.y)) { return change; }
+  const double difference = largest_difference(was.y, is.y);
+  if (equal(was.x, is.x) && difference <= spread_margin * spread) {
+    return found(change, ChangeKind::rounding, plain_number(difference, 2),
+                 plain_number(spread_margin * spread, 2));
+  }
+  change = compare_within_tube(before, now, series, change);
+  return change.fails() ? change : compare_lag(before, now, series, change);
+}
+
+/// Returns a filled series with the upper edges in place of the lower ones.
+Figure upper_edge(Figure figure, std::size_t series) {
+  figure.series[series].y = figure.series[series].y2;
+  figure.series[series].y2.clear();
+  return figure;
+}
+
+}  // namespace
+
+Tube tube_around(const Figure& figure, std::size_t series) {
+  const Series& curve = figure.series[series];
+  Tube tube;
+  const double own = range_of(coordinates(curve.y, figure.y.logarithmic));
+  const double scale = std::max(own, least_range * range_of_all(figure));
+  double greatest = 0.0;
+  for (const double y : curve.y) {
+    greatest = std::isfinite(y) ? std::max(greatest, std::abs(y)) : greatest;
+  }
+  tube.x = tube_x * range_of(coordinates(curve.x, figure.x.logarithmic));
+  // The range of a constant is its absolute value.
+  tube.y = figure.y.logarithmic ? tube_digits : tube_y * (scale > 0.0 ? scale : greatest);
+  return tube;
+}
+
+Change compare_curve(const Figure& before, const Figure& now, std::size_t series, double spread) {
+  Change change = compare_edge(before, now, series, spread);
+  const std::vector<double>& edge = before.series[series].y2;
+  if (change.fails() || edge.empty()) { return change; }
+  if (now.series[series].y2.size() != edge.size()) {
+    return found(change, ChangeKind::broken,
+                 "its upper edge has " + std::to_string(now.series[series].y2.size()) + " samples");
+  }
+  const Change upper =
+      compare_edge(upper_edge(before, series), upper_edge(now, series), series, spread);
+  return upper.kind > change.kind ? upper : change;
+}
 
 namespace {
 
@@ -52,10 +437,10 @@ std::string status_problem(const Outcome& before, const Outcome& now) {
 }
 
 /// Compares the elements of two lists that have the same name.
-template <class Item, class Name, class Compare>
-void compare_by_name(const std::vector<Item>& before, const std::vector<Item>& now, Name name,
-                     const char* what, std::vector<Change>& changes, Compare&& compare) {
-  for (const Item& one : before) {
+template <class Items, class Name, class Compare>
+void compare_by_name(const Items& before, const Items& now, Name name, const char* what,
+                     std::vector<Change>& changes, Compare&& compare) {
+  for (const auto& one : before) {
     const auto found = std::ranges::find(now, one.*name, name);
     if (found == now.end()) {
       changes.push_back(broken(one.*name, std::string(what) + "is missing"));
@@ -63,7 +448,7 @@ void compare_by_name(const std::vector<Item>& before, const std::vector<Item>& n
       compare(one, *found);
     }
   }
-  for (const Item& one : now) {
+  for (const auto& one : now) {
     if (std::ranges::find(before, one.*name, name) == before.end()) {
       changes.push_back(broken(one.*name, std::string(what) + "is not in the baseline"));
     }

@@ -5,12 +5,107 @@
 /// curves are compared.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "validation/gate/baseline.hpp"
-#include "validation/gate/change.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate::gate {
+
+/// Kinds of change in order of severity; "worse" and the following ones fail.
+enum class ChangeKind {
+  same,      ///< bitwise equal
+  rounding,  ///< the difference is within the measured effect of rounding
+  within,    ///< the difference is within what is allowed
+  better,    ///< an error or a cost became smaller
+  worse,     ///< an error or a cost became larger
+  moved,     ///< changed by more than is allowed, without a better direction
+  broken     ///< cannot be compared: missing, not finite, of another unit, judged by another bound
+};
+std::string_view name_of(ChangeKind kind);
+
+struct Change {
+  std::string item{};  ///< name of a quantity or a curve; empty: the case itself
+  ChangeKind kind = ChangeKind::same;
+  double before = 0.0;
+  double now = 0.0;
+  std::string unit{};
+  std::string moved{};    ///< "0.31 digits worse", or what cannot be compared
+  std::string allowed{};  ///< "0.1 digits"
+
+  [[nodiscard]] bool fails() const { return kind >= ChangeKind::worse; }
+};
+
+// Limits of the allowed changes (docs/gate.md).
+
+/// Number of decimal digits that errors, and all quantities with a better direction, may lose.
+inline constexpr double allowed_digits = 0.1;
+/// Relative change that is allowed for counts of work and numbers without a bound.
+inline constexpr double allowed_share = 0.01;
+/// Share of a two-sided bound's half width below which the distance from its middle is ignored.
+inline constexpr double least_offset = 0.01;
+/// Factor on the measured spread of rounding, which varies by a decade from build to build.
+inline constexpr double spread_margin = 10.0;
+
+/// Compares two quantities; `spread` is the measured effect of rounding [unit of the quantity].
+Change compare_quantity(const Quantity& before, const Quantity& now, double spread);
+
+// Distance of a curve from the tube around another curve.
+
+/// Curve with increasing x, in the coordinates that are compared.
+struct Path {
+  std::vector<double> x{};
+  std::vector<double> y{};
+};
+
+/// Half widths of a tube, in the coordinates of the paths.
+struct Tube {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+/// Largest distance between two curves: distance of a point of one from the range of the other
+/// within the half width of the tube in x.
+struct Excess {
+  double y = 0.0;  ///< distance from the range of the other curve; 0: inside
+  double x = 0.0;  ///< position of the largest distance
+};
+
+/// Returns the largest excess of a point of either curve over the other. x increases in both,
+/// neither is empty, all values are finite. A point beyond the end of a curve by more than tube.x
+/// has infinite distance.
+Excess largest_excess(const Path& before, const Path& now, double half_width_x);
+
+// Rule for curves: a curve must stay in the tube around the accepted one and must not be early or
+// late (docs/gate.md).
+
+/// Half widths of the tube as shares of the ranges. In x: one sample of a second at 1 kHz, because
+/// rounding may move an event by one tick. In y: a fifth of the effect of one per cent of
+/// stiffness.
+inline constexpr double tube_x = 1e-3;
+inline constexpr double tube_y = 2e-3;
+/// Minimum range of a curve as a share of the largest range in its figure.
+inline constexpr double least_range = 0.01;
+/// Half width of the tube on a logarithmic axis [decimal digits], the same as for errors.
+inline constexpr double tube_digits = 0.1;
+/// Lag of a whole curve that is allowed, in samples, if it has enough samples to measure the lag.
+inline constexpr double allowed_lag = 0.5;
+inline constexpr std::size_t least_samples_for_lag = 100;
+
+/// Returns the tube of a series in the coordinates of the axes: decimal logarithms on a logarithmic
+/// axis.
+Tube tube_around(const Figure& figure, std::size_t series);
+
+/// Compares the series with the same index and label of two figures; `spread` is the measured
+/// effect of rounding on y.
+Change compare_curve(const Figure& before, const Figure& now, std::size_t series, double spread);
+
+/// Returns the lag of `now` in samples, from a least-squares fit of the difference by a lag, a gain
+/// and an offset. NaN if the curve does not determine it, or if the lag explains less than half of
+/// the difference.
+double lag_in_samples(const std::vector<double>& x, const std::vector<double>& before,
+                      const std::vector<double>& now);
 
 /// One case compared with its baseline.
 struct CaseChanges {

@@ -3,7 +3,6 @@
 #include "validation/subject/falcon_loop.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "device/falcon/kinematics.hpp"
 #include "validation/outcome.hpp"

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "device/real_time.hpp"
 #include "model/problem/scene.hpp"
 #include "model/problem/trace.hpp"
 #include "model/stepping/simulation.hpp"
@@ -33,9 +32,6 @@ class Subject {
   virtual void load(const Scene& scene, const SpringNetwork& network, bool skip) = 0;
   /// Advances by one tick of the scene. If it returns `diverged`, the state is the diverged one.
   virtual StepStatus step(const std::optional<ToolInput>& input) noexcept = 0;
-  /// Returns true if the subject itself waits for `clock` in each tick; the loop then does not
-  /// wait.
-  virtual bool wait_for(device::DeadlineClock* /*clock*/) { return false; }
 
   [[nodiscard]] virtual double time() const noexcept = 0;  ///< [s]
   [[nodiscard]] virtual long ticks() const noexcept = 0;   ///< ticks completed
@@ -75,7 +71,10 @@ class ModelSubject final : public Subject {
   /// Wraps a simulation that is already loaded.
   explicit ModelSubject(Simulation simulation) : simulation_(std::move(simulation)) {}
 
-  void load(const Scene& scene, const SpringNetwork& network, bool skip) override;
+  void load(const Scene& scene, const SpringNetwork& network, bool skip) override {
+    network.node_count() == 0 ? simulation_.emplace(scene, skip)
+                              : simulation_.emplace(scene, network, skip);
+  }
   StepStatus step(const std::optional<ToolInput>& input) noexcept override {
     if (input) { simulation_->move_handle(input->position, input->velocity); }
     return simulation_->tick();

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include <cmath>
-
 #include "device/falcon/driver.hpp"
 #include "device/falcon/plant.hpp"
 #include "device/falcon/wire_recording.hpp"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
 #include <numeric>
 
 #include "device/falcon/emulator.hpp"

@@ -4,13 +4,7 @@
 
 #include "device/falcon/kinematics.hpp"
 
-#include <Eigen/Core>
 #include <Eigen/LU>
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-#include <vector>
 
 #include "device/falcon/driver.hpp"
 #include "tests/check.hpp"

@@ -2,11 +2,6 @@
 
 #include "device/falcon/link_faults.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <vector>
-
-#include "device/seeded.hpp"
 #include "tests/check.hpp"
 
 namespace {

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "device/falcon/kinematics.hpp"
 #include "device/falcon/motors_encoders.hpp"

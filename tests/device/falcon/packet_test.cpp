@@ -2,10 +2,7 @@
 
 #include "device/falcon/packet.hpp"
 
-#include <algorithm>
 #include <random>
-#include <string_view>
-#include <vector>
 
 #include "tests/check.hpp"
 

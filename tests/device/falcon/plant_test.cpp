@@ -3,9 +3,6 @@
 #include "device/falcon/plant.hpp"
 
 #include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
-#include <vector>
 
 #include "device/falcon/emulated_falcon.hpp"
 #include "device/seeded.hpp"

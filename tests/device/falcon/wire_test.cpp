@@ -3,11 +3,9 @@
 
 #include <numeric>
 #include <sstream>
-#include <vector>
 
 #include "device/byte_link.hpp"
 #include "device/falcon/driver.hpp"
-#include "device/falcon/emulator.hpp"
 #include "device/falcon/wire_recording.hpp"
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"

@@ -2,11 +2,7 @@
 
 #include "device/pressure_link/frame.hpp"
 
-#include <algorithm>
-#include <array>
 #include <set>
-#include <string_view>
-#include <vector>
 
 #include "device/seeded.hpp"
 #include "tests/check.hpp"

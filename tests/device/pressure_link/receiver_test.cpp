@@ -3,11 +3,8 @@
 
 #include "device/pressure_link/receiver.hpp"
 
-#include <algorithm>
 #include <memory>
-#include <thread>
 
-#include "device/byte_link.hpp"
 #include "device/pressure_link/transducer.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/check.hpp"

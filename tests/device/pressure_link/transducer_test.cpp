@@ -2,12 +2,8 @@
 
 #include "device/pressure_link/transducer.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <thread>
 
-#include "device/byte_link.hpp"
-#include "device/pressure_link/frame.hpp"
 #include "tests/check.hpp"
 
 namespace {

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 
-#include <cmath>
 #include <regex>
 #include <set>
 
 #include "reports/html/html_page.hpp"
-#include "reports/results/results.hpp"
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 

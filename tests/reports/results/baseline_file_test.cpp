@@ -2,12 +2,10 @@
 
 #include "reports/results/baseline_file.hpp"
 
-#include "fixtures/io/file_bytes.hpp"
 #include "reports/gate_report.hpp"
 #include "tests/check.hpp"
 #include "tests/fixtures/scratch_folder.hpp"
 #include "tests/reports/sample_results.hpp"
-#include "validation/gate/baseline.hpp"
 
 namespace {
 

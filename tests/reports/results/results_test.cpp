@@ -3,10 +3,7 @@
 #include "reports/results/results.hpp"
 
 #include <cstdlib>
-#include <filesystem>
 
-#include "fixtures/io/file_bytes.hpp"
-#include "model/problem/input_error.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
 #include "tests/check.hpp"

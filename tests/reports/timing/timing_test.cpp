@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 
 #include "fixtures/io/file_bytes.hpp"
-#include "model/problem/input_error.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/history.hpp"
 #include "reports/timing/paired_runs.hpp"

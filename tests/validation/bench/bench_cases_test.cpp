@@ -4,7 +4,6 @@
 
 #include "model/kernels/spring_kernels.hpp"
 #include "tests/check.hpp"
-#include "validation/bench/paired_cases.hpp"
 #include "validation/gate/baseline.hpp"
 #include "validation/gate/gate.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "validation/bench/timing.hpp"
 
-#include <functional>
 #include <limits>
 #include <numeric>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "validation/calibration/fit.hpp"
+#include "validation/calibration/calibration.hpp"
 
 namespace palpate::calibration {
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include <cmath>
-
 #include "model/problem/recording.hpp"
 #include "tests/validation/planted_faults.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 
 #include "tests/validation/planted_faults.hpp"
-#include "validation/case.hpp"
 
 namespace {
 

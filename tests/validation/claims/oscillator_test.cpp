@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 
-#include <cmath>
-
 #include "tests/validation/planted_faults.hpp"
 
 namespace {

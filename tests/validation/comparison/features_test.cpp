@@ -7,7 +7,6 @@
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
-#include "validation/signal.hpp"
 
 namespace {
 

@@ -4,7 +4,6 @@
 
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
-#include "validation/comparison/credibility.hpp"
 
 namespace {
 

@@ -2,7 +2,6 @@
 
 #include "validation/comparison/link_recording.hpp"
 
-#include "model/problem/recording.hpp"
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 

@@ -3,13 +3,9 @@
 #include "validation/gate/gate.hpp"
 
 #include <functional>
-#include <limits>
 #include <numbers>
 
-#include "tests/check.hpp"
 #include "tests/validation/planted_faults.hpp"
-#include "validation/gate/baseline.hpp"
-#include "validation/gate/change.hpp"
 
 namespace {
 
