@@ -170,8 +170,8 @@ template <class Real> struct CellGradient {
 template <class Real>
 CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Real>& x,
                                  const Corners<Real>& v) noexcept {
-  using Column = Eigen::Matrix<Real, 24, 1>;
-  using Columns = Eigen::Map<const Column>;
+  using Numbers = Eigen::Matrix<Real, 24, 1>;
+  using AllCorners = Eigen::Map<const Numbers>;
   using Block = Eigen::Matrix<Real, 3, 3>;
   static_assert(sizeof(Corners<Real>) == 24 * sizeof(Real));
   const CellVolumes<Real> volumes = volumes_of(x, cell.volume);
@@ -179,15 +179,15 @@ CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Re
                     cell.viscosity * mean_rate(volumes, v, cell.volume);
   const Real share = Real(0.125) / cell.volume;
   CellGradient<Real> gradient;
-  Column mean = Column::Zero();        // gradient of J
-  Column mean_moved = Column::Zero();  // its rate for the velocities v
+  Numbers mean = Numbers::Zero();        // gradient of J
+  Numbers mean_moved = Numbers::Zero();  // its rate for the velocities v
   for (std::size_t n = 0; n < 8; ++n) {
     const CornerEdges<Real>& edges = volumes.corner[n];
     const CollapseSlopes slopes =
         CollapseSlopes::at(static_cast<double>(edges.volume / cell.volume));
     Corners<Real> sum{};
     add_gradient(edges, n, Real(1), sum);
-    const Columns own(&sum[0].x);
+    const AllCorners own(&sum[0].x);
     mean += share * own;
     if (slopes.second != 0.0) {
       gradient.position +=
@@ -208,7 +208,7 @@ CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Re
         const auto at_c = static_cast<Eigen::Index>(3 * c);
         gradient.position.template block<3, 3>(at_r, at_c) += (sign * pressure) * block;
         mean_moved.template segment<3>(at_r) +=
-            (sign * share) * block * Columns(&v[0].x).template segment<3>(at_c);
+            (sign * share) * block * AllCorners(&v[0].x).template segment<3>(at_c);
       };
       put(row, column, Real(1));
       put(n, column, Real(-1));

@@ -87,6 +87,7 @@ std::vector<Eigen::Vector2d> punch_points(double radius) {
 std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d& origin,
                                            const Vector3d& direction, double radius) {
   const std::vector<Eigen::Vector2d> points = punch_points(radius);
+  const std::vector<Eigen::Vector2d> on_axis = punch_points(0.0);
   std::vector<PlaneCrossing> crossings;
   for (int l = 0; l < grid.count[2]; ++l) {
     PlaneCrossing crossing{.depth = (grid.first.z() + l * grid.spacing.z() - origin.z()) /
@@ -94,7 +95,15 @@ std::vector<PlaneCrossing> plane_crossings(const NodeGrid& grid, const Vector3d&
     const Vector3d axis = origin + crossing.depth * direction;
     double total = 0.0;
     std::map<int, double> weights;
-    for (const Eigen::Vector2d& point : points) {
+    const auto in_grid = [&](const Eigen::Vector2d& point) {
+      return between(axis.x() + point.x(), grid.first.x(), grid.spacing.x(), grid.count[0]).count *
+                 between(axis.y() + point.y(), grid.first.y(), grid.spacing.y(), grid.count[1])
+                     .count >
+             0;
+    };
+    // A disc that the sides of the grid cut off acts on the axis alone, which keeps its centre.
+    const bool whole = std::ranges::all_of(points, in_grid);
+    for (const Eigen::Vector2d& point : whole ? points : on_axis) {
       const Eigen::Vector2d at = axis.head<2>() + point;
       const Between x = between(at.x(), grid.first.x(), grid.spacing.x(), grid.count[0]);
       const Between y = between(at.y(), grid.first.y(), grid.spacing.y(), grid.count[1]);

@@ -162,7 +162,8 @@ void measure_angles(const CaseContext& context, Outcome& outcome) {
     for (int n = 0; n < 3; ++n) {
       border += scene.tissue.layers[static_cast<std::size_t>(n)].thickness / std::cos(angle);
       const std::string& next = scene.tissue.layers[static_cast<std::size_t>(n + 1)].tissue;
-      const double cut = at(run, run.trace.time_of("puncture", next)).cut;
+      // Softer tissue is entered at once to where its resistance balances: before, at the border.
+      const double cut = at(run, run.trace.time_of("puncture", next) - 2e-5).cut;
       worst.add(std::abs(cut - border));
       table.rows.push_back({degrees, next, 1e3 * border, 1e3 * cut});
     }
@@ -487,8 +488,8 @@ double stiffness_on_gel(const CaseContext& context, double nu, int gauge, double
   scene.needle = Needle{.diameter = diameter_of_gauge(gauge).value()};
   constexpr double depth = 2e-5;
   scene.drive = Drive{.speed = 1e-3, .depth = depth, .hold = 1.0};
-  scene.simulation = {.duration = 0.25, .step = 1e-3, .integrator = "implicit-euler"};
-  return insert(context, scene, {.every = 250}).tool.back().forces.total / depth;
+  scene.simulation = {.duration = 0.06, .step = 1e-3, .integrator = "implicit-euler"};
+  return insert(context, scene, {.every = 60}).tool.back().forces.total / depth;
 }
 
 void measure_continuum(const CaseContext& context, Outcome& outcome) {
@@ -506,7 +507,7 @@ void measure_continuum(const CaseContext& context, Outcome& outcome) {
                      Series::Style::points);
       Largest error;
       for (const int gauge : {14, 16, 18, 22, 27}) {
-        if (spacing < 5e-3 && gauge != 14 && gauge != 27) { continue; }
+        if (spacing < 5e-3 && gauge != 27 && (context.quick || gauge != 14)) { continue; }
         const double diameter = diameter_of_gauge(gauge).value();
         const double exact = 1e4 * diameter / (1.0 - nu * nu);
         const double found = stiffness_on_gel(context, nu, gauge, spacing);
@@ -529,16 +530,16 @@ void measure_monotonic(const CaseContext& context, Outcome& outcome) {
   scene.materials[0].poissons_ratio = 0.45;
   scene.materials[0].damping_ratio = 0.0;
   scene.materials[0].retardation_time = 1e-3;
-  scene.drive = Drive{.speed = 0.02, .depth = 0.008};
-  scene.simulation = {.duration = 0.42, .step = 1e-3, .integrator = "implicit-euler"};
+  scene.drive = Drive{.speed = 0.05, .depth = 0.008};
+  scene.simulation = {.duration = 0.16, .step = 1e-3, .integrator = "implicit-euler"};
   const SpringNetwork network = build_network(scene);
-  const Trace trace = roll_out(context, scene, &network, {.every = 20, .cells = &network});
+  const Trace trace = roll_out(context, scene, &network, {.every = 8, .cells = &network});
   const std::vector<double>& force = trace.values("tool.force_n");
   double least_rise = unbounded;
   for (std::size_t n = 1; n < force.size(); ++n) {
     least_rise = std::min(least_rise, force[n] - force[n - 1]);
   }
-  outcome.judge_at_least("least_rise_in_20_ms", least_rise, 0.0,
+  outcome.judge_at_least("least_rise_in_8_ms", least_rise, 0.0,
                          "law: pressing tissue harder against bone never feels softer", "N");
   outcome.judge_at_least("smallest_corner_jacobian", trace.smallest_jacobian, 1e-3,
                          "law: no cell turns inside out");

@@ -202,7 +202,7 @@ TEST("beside a needle rows are awake, and what sleeps changes its force by less 
   for (const double sleep_force :
        check::sanitized ? std::vector{1e-3} : std::vector{1e-2, 1e-3, 1e-4}) {
     const std::vector<double> forces = needle_forces(pressed_block(sleep_force), awake);
-    CHECK(awake < 0.2);
+    CHECK(awake < 0.3);  // three rows of 11 in each plane carry the needle's disc
     double off = 0.0;
     for (std::size_t n = 0; n < full.size(); ++n) {
       off = std::max(off, std::abs(forces[n] - full[n]));
