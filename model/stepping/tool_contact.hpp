@@ -174,6 +174,7 @@ template <class Real> class ToolContact : public ToolState {
       if (softness_ > 0.0) {
         place_ = is_coordinate() ? static_cast<double>(state.position(tool_)) : place_begin_;
         lag_.x() = (lag_.x() + gap() / (theta * h * h)) / theta;
+        gap_begin_ = gap_at_cut();
       }
       predict_cutting();
     }
@@ -296,6 +297,8 @@ template <class Real> class ToolContact : public ToolState {
     if (!in_tissue()) { return false; }
     gather(state.position, state.velocity);
     if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
+    place_ = is_coordinate() ? static_cast<double>(state.position(tool_))
+                             : place_begin_ + velocity_ * step_length_;
     const Slack allowed = slack();
     const bool tip = update_tip(velocity_ - velocity_at(at_), allowed);
     const bool shaft = update_shaft(slip_now(), allowed);
@@ -463,6 +466,14 @@ template <class Real> class ToolContact : public ToolState {
   /// [m].
   [[nodiscard]] double gap() const noexcept {
     return place_ - cut_ - between_knots(at_, &Knot::displacement);
+  }
+  [[nodiscard]] double gap_at_cut() const noexcept {
+    return place_ - cut_ - between_knots(path_.place(cut_), &Knot::displacement);
+  }
+  /// Returns the distance by which a tip with compliance presses further in an implicit step than
+  /// with the force T [m]; its sign decides the mode.
+  [[nodiscard]] double gap_beyond(double force) const noexcept {
+    return theta_ * gap_at_cut() + (1.0 - theta_) * gap_begin_ - compliance_.at(cut_) * force;
   }
   /// Returns T at the present positions [N]; zero for a sticking tip without compliance, which does
   /// no work relative to the tissue.
@@ -832,8 +843,14 @@ template <class Real> class ToolContact : public ToolState {
         break;
       case TipMode::cutting:
       case TipMode::in_track:
-        if (tip_ == TipMode::cutting ? rate < -slack.velocity
-                                     : rate > slack.velocity && depth_begin_ >= cut_) {
+        if (softness_ > 0.0) {  // the condition that a sticking tip would violate
+          const double length = slack.velocity * step_length_;
+          const bool sticks = tip_ == TipMode::cutting
+                                  ? gap_beyond(cutting_force()) < -length
+                                  : gap_beyond(0.0) > length && depth_begin_ >= cut_;
+          tip_ = sticks ? TipMode::stuck : tip_;
+        } else if (tip_ == TipMode::cutting ? rate < -slack.velocity
+                                            : rate > slack.velocity && depth_begin_ >= cut_) {
           tip_ = contact_.tip_tip > 0.0 ? TipMode::stuck : tip_;
         }
         break;
@@ -960,6 +977,7 @@ template <class Real> class ToolContact : public ToolState {
   double stopped_ = 0.0;  ///< velocity relative to the tissue of a tip that begins to stick [m/s]
   bool stuck_before_ = false;
   double place_begin_ = 0.0;
+  double gap_begin_ = 0.0;  ///< distance that the tip is ahead of its cut before a step [m]
   bool predict_ = false;
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;

@@ -162,9 +162,11 @@ void measure_angles(const CaseContext& context, Outcome& outcome) {
     for (int n = 0; n < 3; ++n) {
       border += scene.tissue.layers[static_cast<std::size_t>(n)].thickness / std::cos(angle);
       const std::string& next = scene.tissue.layers[static_cast<std::size_t>(n + 1)].tissue;
-      // Softer tissue is entered at once to where its resistance balances: before, at the border.
-      const double cut = at(run, run.trace.time_of("puncture", next) - 2e-5).cut;
+      // A tip that enters a weaker layer sinks in at once: the tick before is at the border.
+      const double time = run.trace.time_of("puncture", next);
+      const double cut = at(run, time - scene.simulation.step).cut;
       worst.add(std::abs(cut - border));
+      worst.add(border - at(run, time).cut);
       table.rows.push_back({degrees, next, 1e3 * border, 1e3 * cut});
     }
     const std::string where = "_at_" + std::to_string(static_cast<int>(degrees)) + "_degrees";
