@@ -37,6 +37,15 @@ std::string label_at(const Scene& scene, const Eigen::Vector3d& point, double fi
 
 struct NodeGrid;  // tissue_grid.hpp
 
+/// Layer of a flat block, with the number of cells along its thickness that lie in it alone.
+struct ResolvedLayer {
+  std::string tissue{};
+  double thickness = 0.0;  ///< [m]
+  int cells = 0;
+};
+/// Returns the layers of a flat block; empty for other tissues.
+std::vector<ResolvedLayer> resolved_layers(const Scene& scene);
+
 /// Axial compliance between a tool and the tissue around its tip that the grid lacks, because its
 /// cells are not small against the tool (model/EQUATIONS.md, "Contact of a size").
 struct TipCompliance {
@@ -45,6 +54,7 @@ struct TipCompliance {
   std::vector<double> value{};  ///< [m/N]; linear between depths, constant beyond; empty: none
   double continuum = 0.0;       ///< compliance of the layered continuum at the skin [m/N]
   double grid = 0.0;            ///< compliance of the unbounded grid there [m/N]
+  double spacing = 0.0;         ///< of the planes of nodes [m]
   /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
   double excess = 0.0;
   [[nodiscard]] double at(double place) const noexcept;

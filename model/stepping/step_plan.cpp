@@ -19,7 +19,6 @@
 #include "model/reduction/reduced_network.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
-#include "model/tissue/tissue_grid.hpp"
 
 namespace palpate {
 
@@ -263,12 +262,12 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
 
 /// Warns if the force at which the tip cuts presses the cells below it by more than half of their
 /// height.
-void warn_of_collapse(const NeedlePath& path, double spacing, StepPlan& plan) {
+void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   double force = 0.0;
   for (const PathInterval& interval : path.intervals()) {
     if (std::isfinite(interval.cutting_force)) { force = std::max(force, interval.cutting_force); }
   }
-  const double share = force * plan.tip.grid / spacing;
+  const double share = force * plan.tip.grid / plan.tip.spacing;
   if (share > 0.5) {
     plan.warnings.push_back("the tip presses the first cells by " + number(share) +
                             " of their height before it cuts: they may turn inside out");
@@ -281,9 +280,7 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   const NeedlePath path(scene, problem.network());
   plan.tip = path.tip_compliance(scene, problem.network());
   TipCompliance& tip = plan.tip;
-  if (const auto grid = tissue_grid(scene); grid && !tip.value.empty()) {
-    warn_of_collapse(path, grid->spacing.z(), plan);
-  }
+  if (tip.spacing > 0.0) { warn_of_collapse(path, plan); }
   if (tip.excess > 0.05) {
     plan.warnings.push_back("the grid is softer under the tool than the continuum, by up to " +
                             number(100.0 * tip.excess) + " %, which is not corrected");

@@ -465,11 +465,13 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   const double radius = scene.needle ? 0.5 * scene.needle->diameter : scene.probe->radius();
   TipCompliance tip{.depth =
                         depths_of(*this, column.planes, std::min(radius, grid->spacing.z()) / 8.0)};
+  tip.spacing = grid->spacing.z();
   const std::vector<double>& depths = tip.depth;
   std::vector<double> below;  // the first plane, along the tool
   for (const double depth : depths) { below.push_back((depth - depths[0]) * direction_.z()); }
   const std::vector<double> continuum = continuum_compliance(column.layers, radius, below);
   const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
+  const double negligible = 0.01 * continuum[0];
   std::size_t plane = 0;
   for (std::size_t n = 0; n < depths.size(); ++n) {
     while (plane + 1 < planes.size() && column.planes[plane + 1] <= depths[n]) { ++plane; }
@@ -483,9 +485,10 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
       tip.grid = of_grid;
     }
     tip.value.push_back(std::max(continuum[n] - of_grid, 0.0));
-    if (continuum[n] > 0.0) { tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0); }
+    if (continuum[n] > negligible) {
+      tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0);
+    }
   }
-  const double negligible = 0.01 * tip.continuum;
   if (!(std::ranges::max(tip.value) > negligible)) {
     tip.depth.clear();
     tip.value.clear();

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "model/problem/needle_path.hpp"
@@ -83,15 +82,6 @@ std::optional<NodeGrid> uneven_grid(const Scene& scene);
 
 /// Returns the grid with the nodes of build_network(scene); empty for a bare network or oscillator.
 std::optional<NodeGrid> tissue_grid(const Scene& scene);
-
-/// Layer of a flat block, with the number of cells along its thickness that lie in it alone.
-struct ResolvedLayer {
-  std::string tissue{};
-  double thickness = 0.0;  ///< [m]
-  int cells = 0;
-};
-/// Returns the layers of a flat block; empty for other tissues.
-std::vector<ResolvedLayer> resolved_layers(const Scene& scene);
 
 struct LatticeCell {
   Eigen::Vector3d low{0.0, 0.0, 0.0};  ///< corner of least coordinates [m]

@@ -66,10 +66,10 @@ density = 1130.0
 damping_ratio = 0.5
 cutting_force = 2.0
 friction = 50.0'
-# Where a run's first event of a kind was [mm].
+# Depth of the cut in the tissue one tick before a run's first event of a kind [mm]: the tip then sinks into softer tissue.
 depth_of() { # folder event
-  awk -F, -v event="$2" 'NR == 1 { for (n = 1; n <= NF; ++n) { if ($n == "tool.depth_m") { d = n } if ($n == "tool.event") { e = n } } next }
-    index($e, event) { print 1000 * $d; exit }' "$1/trace.csv"
+  awk -F, -v event="$2" 'NR == 1 { for (n = 1; n <= NF; ++n) { if ($n == "tool.cut_m") { d = n } if ($n == "tool.event") { e = n } } next }
+    index($e, event) { print 1000 * before; exit } { before = $d }' "$1/trace.csv"
 }
 # Depth at which the line on which the needle lies first meets a role [mm].
 first_of() {

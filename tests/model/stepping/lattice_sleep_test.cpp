@@ -198,7 +198,7 @@ TEST("beside a needle rows are awake, and what sleeps changes its force by less 
   double awake = 0.0;
   const std::vector<double> full = needle_forces(pressed_block(0.0), awake);
   CHECK(awake == 1.0);
-  CHECK(full.back() > 0.05);
+  CHECK(full.back() > 0.03);
   for (const double sleep_force :
        check::sanitized ? std::vector{1e-3} : std::vector{1e-2, 1e-3, 1e-4}) {
     const std::vector<double> forces = needle_forces(pressed_block(sleep_force), awake);
