@@ -170,7 +170,6 @@ TEST("the bound of a missed tick is half of K (v T)^2, and a smooth motion stays
   CHECK(measure_missed_tick(pressing(2000.0), nullptr).measured == missed.measured);
 }
 
-
 LatencyHistogram histogram_of(int count, double first, double step) {
   LatencyHistogram histogram;
   for (int n = 0; n < count; ++n) { histogram.add(first + step * n); }
