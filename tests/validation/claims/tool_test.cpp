@@ -38,7 +38,14 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
   const Mutation late_events{.name = "events two ticks late", .trace = [](Trace& run) {
                                for (Event& event : run.events) { event.time += 2e-3; }
                              }};
-  check_red("", {{stiffer(),
+  const Mutation wide{.name = "needle 10 % too wide", .model = [](Scene& scene, SpringNetwork&) {
+                        if (scene.needle) { scene.needle->diameter *= 1.1; }
+                      }};
+  const Mutation hollow{.name = "no volume terms",
+                        .model = [](Scene&, SpringNetwork& network) { network.cells.clear(); }};
+  check_red("", {{wide, {"needle/continuum-stiffness"}},
+                 {hollow, {"probe/over-bone"}},
+                 {stiffer(),
                   {"needle/chain", "needle/order", "needle/rest", "needle/momentum",
                    "probe/palpation-map", "tissue/cube", "tissue/image"}},
                  {reversed_damping(), {"needle/order", "needle/momentum", "needle/energy"}},
