@@ -260,7 +260,7 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
   }
 }
 
-/// Warns if the force at which the tip cuts presses the cells below it by more than half of their
+/// Warns if the force at which the tip cuts presses the cells below it by more than half their
 /// height.
 void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   double force = 0.0;
@@ -270,7 +270,7 @@ void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   const double share = force * plan.tip.grid / plan.tip.spacing;
   if (share > 0.5) {
     plan.warnings.push_back("the tip presses the first cells by " + number(share) +
-                            " of their height before it cuts: they may turn inside out");
+                            " times their height before it cuts: they may turn inside out");
   }
 }
 
