@@ -162,6 +162,7 @@ std::vector<TrackKnot> lattice_knots(const Needle& needle, const Grid& grid,
                                      const SpringNetwork& network) {
   const Vector3d n = needle.direction.normalized();
   const std::vector<Eigen::Vector2d> points = points_of_force(0.5 * needle.diameter);
+  const std::vector<Eigen::Vector2d> on_axis{Eigen::Vector2d::Zero()};
   std::vector<TrackKnot> knots;
   for (int l = 0; l < grid.nz; ++l) {
     const int corner = l * grid.nx * grid.ny;
@@ -169,7 +170,13 @@ std::vector<TrackKnot> lattice_knots(const Needle& needle, const Grid& grid,
     TrackKnot knot{.depth = first.z() / n.z()};
     const Eigen::Vector2d axis = needle.entry + knot.depth * n.head<2>();
     std::map<int, double> share;
-    for (const Eigen::Vector2d& point : points) {
+    const auto outside = [&](const Eigen::Vector2d& point) {
+      return !cell_of(axis.x() + point.x(), first.x(), grid.spacing, grid.nx) ||
+             !cell_of(axis.y() + point.y(), first.y(), grid.spacing, grid.ny);
+    };
+    // A disc that the sides of the block cut off acts on the axis alone.
+    const bool cut_off = std::ranges::any_of(points, outside);
+    for (const Eigen::Vector2d& point : cut_off ? on_axis : points) {
       const auto x = cell_of(axis.x() + point.x(), first.x(), grid.spacing, grid.nx);
       const auto y = cell_of(axis.y() + point.y(), first.y(), grid.spacing, grid.ny);
       if (!x || !y) { continue; }

@@ -198,7 +198,8 @@ class OscillatorEquations final : public ExtendedEquations {
 using Triple = std::array<Extended, 3>;
 
 /// Equations of a network: springs pull their ends together when stretched, dampers oppose the rate
-/// of stretching, loads act from start to end, weight acts always, and fixed nodes do not move.
+/// of stretching, cells resist changes of their mean volume and the collapse of their corners,
+/// loads act from start to end, weight acts always, and fixed nodes do not move.
 class NetworkEquations final : public ExtendedEquations {
  public:
   explicit NetworkEquations(const NetworkProblem& problem) : problem_(problem) {
@@ -241,6 +242,7 @@ class NetworkEquations final : public ExtendedEquations {
       dy[dof() + c] = 0;
     }
     for (const Spring& spring : problem_.network().springs) { add_spring(spring, y, dy); }
+    for (const VolumeCell& cell : problem_.network().cells) { add_cell(cell, y, dy); }
     add_loads(t, gate, dy);
     for (std::size_t c = 0; c < dof(); ++c) {
       const Extended mass = problem_.network().mass(static_cast<Eigen::Index>(moving_[c / 3]));
@@ -276,6 +278,83 @@ class NetworkEquations final : public ExtendedEquations {
       if (offset[0] >= 0) { dy[dof() + static_cast<std::size_t>(offset[0]) + axis] += component; }
       if (offset[1] >= 0) { dy[dof() + static_cast<std::size_t>(offset[1]) + axis] -= component; }
     }
+  }
+
+  /// Adds the forces of a cell, from the twelve edges along its axes. The volume at a corner is the
+  /// determinant of its three edges, and an edge has the cross product of the other two as
+  /// gradient.
+  void add_cell(const VolumeCell& cell, const ExtendedState& y, ExtendedState& dy) const {
+    if (cell.stiffness == 0.0) { return; }
+    std::array<Triple, 8> x{};
+    std::array<Triple, 8> v{};
+    for (std::size_t n = 0; n < 8; ++n) {
+      const auto node = static_cast<std::size_t>(cell.nodes[n]);
+      x[n] = place_[node];
+      for (std::size_t axis = 0; offset_[node] >= 0 && axis < 3; ++axis) {
+        const auto c = static_cast<std::size_t>(offset_[node]) + axis;
+        x[n][axis] += y[c];
+        v[n][axis] = y[dof() + c];
+      }
+    }
+    const auto minus = [](const Triple& a, const Triple& b) {
+      return Triple{a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    };
+    const auto dot = [](const Triple& a, const Triple& b) {
+      return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    };
+    // Edge of corner n along an axis, from its lower to its upper end.
+    const auto lower = [](std::size_t n, std::size_t axis) {
+      return n & ~(std::size_t{1} << axis);
+    };
+    const auto upper = [](std::size_t n, std::size_t axis) { return n | (std::size_t{1} << axis); };
+    std::array<std::array<Triple, 3>, 8> gradient{};
+    std::array<Extended, 8> volume{};
+    Extended mean = 0;
+    Extended rate = 0;
+    const Extended whole = cell.volume;
+    for (std::size_t n = 0; n < 8; ++n) {
+      std::array<Triple, 3> edge{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        edge[axis] = minus(x[upper(n, axis)], x[lower(n, axis)]);
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Triple& a = edge[(axis + 1) % 3];
+        const Triple& b = edge[(axis + 2) % 3];
+        gradient[n][axis] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                             a[0] * b[1] - a[1] * b[0]};
+        rate += dot(gradient[n][axis], minus(v[upper(n, axis)], v[lower(n, axis)])) / (8 * whole);
+      }
+      volume[n] = dot(edge[0], gradient[n][0]) / whole;
+      mean += volume[n] / 8;
+    }
+    for (std::size_t n = 0; n < 8; ++n) {
+      const Extended pressure =
+          (Extended(cell.stiffness) * (mean - 1) + Extended(cell.viscosity) * rate +
+           Extended(cell.collapse) * collapse_slope(volume[n])) /
+          8;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (std::size_t c = 0; c < 3; ++c) {
+          const Extended force = pressure * gradient[n][axis][c];
+          add_force(cell.nodes[lower(n, axis)], c, force, dy);
+          add_force(cell.nodes[upper(n, axis)], c, -force, dy);
+        }
+      }
+    }
+  }
+
+  /// Slope of -J_b (1 - s)^2 ln s, s = J / J_b, with J_b = 0.3; linear below s = 0.1.
+  static Extended collapse_slope(Extended j) {
+    if (j >= 0.3L) { return 0; }
+    const Extended s = std::max(j / 0.3L, 0.1L);
+    const Extended slope = (1 - s) * (2 * std::log(s) - (1 - s) / s);
+    if (j >= 0.03L) { return slope; }
+    const Extended curvature = (4 / s - 4 + (1 - s) * (1 - s) / (s * s) - 2 * std::log(s)) / 0.3L;
+    return slope + (j - 0.03L) * curvature;
+  }
+
+  void add_force(int node, std::size_t axis, Extended force, ExtendedState& dy) const {
+    const std::ptrdiff_t offset = offset_[static_cast<std::size_t>(node)];
+    if (offset >= 0) { dy[dof() + static_cast<std::size_t>(offset) + axis] += force; }
   }
 
   void add_loads(Extended t, double gate, ExtendedState& dy) const {

@@ -71,6 +71,10 @@ void add_network(Digest& digest, const NetworkProblem& problem) {
     digest.add(std::array{static_cast<double>(s.a), static_cast<double>(s.b), s.stiffness,
                           s.viscosity, s.rest_length});
   }
+  for (const VolumeCell& cell : problem.network().cells) {
+    for (const int node : cell.nodes) { digest.add(static_cast<double>(node)); }
+    digest.add(std::array{cell.stiffness, cell.viscosity, cell.collapse, cell.volume});
+  }
   for (const Load& load : problem.loads()) {
     digest.add(load.start);
     digest.add(load.end);

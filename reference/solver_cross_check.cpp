@@ -217,9 +217,7 @@ bool conserves_energy(const Problem& problem) {
     return o.viscosity == 0.0 && o.drive_amplitude == 0.0;
   }
   const auto* network = dynamic_cast<const NetworkProblem*>(&problem);
-  return network != nullptr && network->loads().empty() &&
-         std::ranges::all_of(network->network().springs,
-                             [](const Spring& spring) { return spring.viscosity == 0.0; });
+  return network != nullptr && network->loads().empty() && !is_damped(network->network());
 }
 
 }  // namespace

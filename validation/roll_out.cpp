@@ -45,6 +45,10 @@ std::vector<int> renumber(SpringNetwork& network, Scene& scene, std::uint64_t se
     if (random(0.0, 1.0) < 0.5) { std::swap(s.a, s.b); }
   });
   network.springs.edit([&](std::vector<Spring>& all) { random.shuffle(all); });
+  for (VolumeCell& cell : network.cells) {
+    for (int& node : cell.nodes) { node = to(node); }
+  }
+  random.shuffle(network.cells);
   for (Load& load : scene.loads) {
     for (int& node : load.nodes) { node = to(node); }
   }

@@ -30,6 +30,7 @@ template <class Real> class CellForces {
   void take(const NetworkProblem& problem, const NodeLayout& layout) {
     const NodeVectors& places = problem.held_position();
     for (const VolumeCell& cell : problem.network().cells) {
+      if (cell.stiffness == 0.0) { continue; }
       Cell mine;
       bool free = false;
       for (std::size_t n = 0; n < 8; ++n) {
@@ -42,8 +43,7 @@ template <class Real> class CellForces {
         fixed_.push_back({place.x(), place.y(), place.z()});
       }
       if (!free) { continue; }
-      mine.numbers = {static_cast<Real>(cell.stiffness), static_cast<Real>(cell.viscosity),
-                      static_cast<Real>(cell.collapse), static_cast<Real>(cell.volume)};
+      mine.numbers = cell.as<Real>();
       damped_ = damped_ || cell.viscosity > 0.0;
       cells_.push_back(mine);
     }
@@ -78,10 +78,7 @@ template <class Real> class CellForces {
         exact[n] = {static_cast<double>(x[n].x), static_cast<double>(x[n].y),
                     static_cast<double>(x[n].z)};
       }
-      const CellNumbers<Real>& own = cell.numbers;
-      sum += cell_energy({static_cast<double>(own.stiffness), static_cast<double>(own.viscosity),
-                          static_cast<double>(own.collapse), static_cast<double>(own.volume)},
-                         exact);
+      sum += cell_energy(cell.numbers.template as<double>(), exact);
     }
     return sum;
   }

@@ -214,11 +214,6 @@ struct Kernels {
 
 }  // namespace palpate::supernodes
 
-namespace palpate {
-
-/// Kernels of one instruction set; a kernel without lanes does not exist for it.
-}  // namespace palpate
-
 namespace palpate::cells {
 
 /// Cells in batches of one per lane.
@@ -241,6 +236,7 @@ template <class Real> struct Kernels {
 
 namespace palpate {
 
+/// Kernels of one instruction set; a kernel without lanes does not exist for it.
 struct KernelSet {
   lattice::Kernels<double> lattice_double{};
   lattice::Kernels<float> lattice_float{};

@@ -39,7 +39,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     }
     sort_springs(problem, skip);
     cells_.take(problem, this->layout());
-    damped_ = is_damped(problem.network().springs) || cells_.damped();
+    damped_ = is_damped(problem.network());
     springs_.law = SpringLaw::from(printed);
     springs_.lagged = printed.lagged_velocity;
     springs_.lag = static_cast<Real>(h);

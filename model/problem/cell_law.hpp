@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// Energy of a cell that resists changes of its volume (model/EQUATIONS.md, "Cell volume"). Every
-/// kernel instantiates it, for scalars or SIMD vectors, so it defines templates only.
+/// kernel instantiates its templates, for scalars or SIMD vectors; the other functions are called
+/// outside kernels only.
 
 #include <Eigen/Core>
 #include <array>
@@ -93,8 +94,13 @@ void add_gradient(const CornerEdges<Number>& edges, std::size_t corner, const Nu
 template <class Number> struct CellNumbers {
   Number stiffness;  ///< kappa [Pa]
   Number viscosity;  ///< kappa tau [Pa s]
-  Number collapse;   ///< beta [Pa]
+  Number collapse;   ///< beta, modulus of the resistance to collapse [Pa]
   Number volume;     ///< V0 [m^3]
+
+  template <class To> [[nodiscard]] CellNumbers<To> as() const {
+    return {static_cast<To>(stiffness), static_cast<To>(viscosity), static_cast<To>(collapse),
+            static_cast<To>(volume)};
+  }
 };
 
 /// First derivative of b by J; SIMD vectors specialise it.
@@ -242,9 +248,11 @@ inline double cell_energy(const CellNumbers<double>& cell, const Corners<double>
 /// Returns the smallest volume of a corner in units of V0; at most zero in a cell that is inside
 /// out.
 inline double smallest_corner(const Corners<double>& x, double rest_volume) noexcept {
-  double least = edges_at(x, 0).volume;
-  for (std::size_t n = 1; n < 8; ++n) { least = std::fmin(least, edges_at(x, n).volume); }
-  return least / rest_volume;
+  double least = edges_at(x, 0).volume / rest_volume;
+  for (std::size_t n = 1; n < 8; ++n) {
+    least = std::fmin(least, edges_at(x, n).volume / rest_volume);
+  }
+  return least;
 }
 
 }  // namespace palpate

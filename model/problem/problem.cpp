@@ -125,6 +125,7 @@ void NetworkProblem::for_each_spring(const Coordinates& q, const Coordinates& v,
 template <class Visit>
 void NetworkProblem::for_each_cell(const Coordinates& q, const Coordinates& v, Visit visit) const {
   for (const VolumeCell& cell : network_.cells) {
+    if (cell.stiffness == 0.0) { continue; }
     Corners<double> x{};
     Corners<double> rate{};
     for (std::size_t n = 0; n < 8; ++n) {
@@ -136,14 +137,6 @@ void NetworkProblem::for_each_cell(const Coordinates& q, const Coordinates& v, V
     visit(cell, x, rate);
   }
 }
-
-namespace {
-
-CellNumbers<double> numbers_of_cell(const VolumeCell& cell) {
-  return {cell.stiffness, cell.viscosity, cell.collapse, cell.volume};
-}
-
-}  // namespace
 
 void NetworkProblem::force(double t, double gate, const Coordinates& q, const Coordinates& v,
                            Eigen::Ref<Eigen::VectorXd> f) const {
@@ -162,7 +155,7 @@ void NetworkProblem::force(double t, double gate, const Coordinates& q, const Co
   for_each_cell(q, v,
                 [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>& rate) {
                   Corners<double> on{};
-                  add_cell_forces<true>(numbers_of_cell(cell), x, rate, on);
+                  add_cell_forces<true>(cell, x, rate, on);
                   for (std::size_t n = 0; n < 8; ++n) {
                     const Eigen::Index at = coordinate(cell.nodes[n]);
                     if (at >= 0) { f.segment<3>(at) += Vector3d(on[n].x, on[n].y, on[n].z); }
@@ -199,7 +192,7 @@ void NetworkProblem::jacobian(const Coordinates& q, const Coordinates& v, Jacobi
                   });
   for_each_cell(
       q, v, [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>& rate) {
-        const auto gradient = cell_gradient<double>(numbers_of_cell(cell), x, rate);
+        const auto gradient = cell_gradient<double>(cell, x, rate);
         for (std::size_t r = 0; r < 8; ++r) {
           for (std::size_t c = 0; c < 8; ++c) {
             const Eigen::Index row = coordinate(cell.nodes[r]);
@@ -248,7 +241,7 @@ double NetworkProblem::energy(const Coordinates& q, const Coordinates& v) const 
       });
   for_each_cell(q, v,
                 [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>&) {
-                  energy += cell_energy(numbers_of_cell(cell), x);
+                  energy += cell_energy(cell, x);
                 });
   for (const int i : free_) {
     energy -= network_.mass(i) * gravity_.dot(q.segment<3>(coordinate(i)));

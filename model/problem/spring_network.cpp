@@ -97,4 +97,13 @@ bool is_damped(const SpringList& springs) {
                              [](const SpringList::Bond& bond) { return bond.viscosity != 0.0; });
 }
 
+bool is_damped(const SpringNetwork& network) {
+  return is_damped(network.springs) ||
+         std::ranges::any_of(network.cells, [](const VolumeCell& c) { return c.viscosity > 0.0; });
+}
+
+bool has_volume_terms(const SpringNetwork& network) {
+  return std::ranges::any_of(network.cells, [](const VolumeCell& c) { return c.stiffness > 0.0; });
+}
+
 }  // namespace palpate

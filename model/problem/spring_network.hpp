@@ -11,6 +11,8 @@
 #include <span>
 #include <vector>
 
+#include "model/problem/cell_law.hpp"
+
 namespace palpate {
 
 /// Spring with damper. The force on node a is (k (L - L0) + c L') u, with u from a to b.
@@ -186,13 +188,10 @@ inline auto SpringList::end() const -> Iterator {
 
 using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
 
-/// Cell of eight nodes that resists changes of its volume (model/EQUATIONS.md, "Cell volume").
-struct VolumeCell {
+/// Cell of eight nodes that resists changes of its volume (model/EQUATIONS.md, "Cell volume"). One
+/// of a material with nu = 1/4 has no stiffness.
+struct VolumeCell : CellNumbers<double> {
   std::array<int, 8> nodes{};  ///< corner n is at (n & 1, n >> 1 & 1, n >> 2) of the cell
-  double stiffness = 0.0;      ///< kappa = lambda - mu [Pa]
-  double viscosity = 0.0;      ///< kappa tau [Pa s]
-  double collapse = 0.0;       ///< beta, modulus of the resistance to collapse [Pa]
-  double volume = 0.0;         ///< V0 [m^3]
 };
 
 /// Network of point masses, springs and cells.
@@ -203,7 +202,8 @@ struct SpringNetwork {
   Eigen::VectorXd mass{};              ///< [kg]
   std::vector<std::uint8_t> fixed{};   ///< 1: the node never moves
   SpringList springs{};
-  std::vector<VolumeCell> cells{};  ///< those that resist changes of volume; may be empty
+  /// Cells that resist changes of volume; all cells of a grid that is not a regular lattice.
+  std::vector<VolumeCell> cells{};
 
   [[nodiscard]] Eigen::Index node_count() const { return rest_position.cols(); }
   [[nodiscard]] bool is_fixed(int node) const { return fixed[static_cast<std::size_t>(node)] != 0; }
@@ -216,5 +216,10 @@ struct SpringNetwork {
     return rest_position + initial_displacement;
   }
 };
+
+/// Returns true if a spring or a cell has viscosity.
+[[nodiscard]] bool is_damped(const SpringNetwork& network);
+/// Returns true if a cell resists changes of its volume.
+[[nodiscard]] bool has_volume_terms(const SpringNetwork& network);
 
 }  // namespace palpate

@@ -54,6 +54,7 @@ class Simulation::Core {
     RecordedQuantity quantity;
     std::vector<Spring> springs;  ///< of the node, for its force
     std::vector<int> loads;
+    std::vector<VolumeCell> cells;  ///< of the node, for its force
   };
   [[nodiscard]] Eigen::Vector3d force(const Item& item) noexcept;
 
@@ -97,7 +98,7 @@ Simulation::Core::Core(const Scene& scene, std::unique_ptr<Problem> of, bool ski
       for (const char* suffix : names.suffixes) {
         columns.push_back({record.name + "." + suffix, names.unit, {}});
       }
-      Item item{node, quantity, {}, {}};
+      Item item{node, quantity, {}, {}, {}};
       if (quantity == RecordedQuantity::force) {
         std::ranges::copy_if(network->network().springs, std::back_inserter(item.springs),
                              [&](const Spring& s) { return s.a == node || s.b == node; });
@@ -105,6 +106,11 @@ Simulation::Core::Core(const Scene& scene, std::unique_ptr<Problem> of, bool ski
           const auto times = std::ranges::count(network->loads()[n].nodes, node);
           for (long k = 0; k < times; ++k) { item.loads.push_back(static_cast<int>(n)); }
         }
+        std::ranges::copy_if(network->network().cells, std::back_inserter(item.cells),
+                             [&](const VolumeCell& cell) {
+                               return cell.stiffness > 0.0 &&
+                                      std::ranges::find(cell.nodes, node) != cell.nodes.end();
+                             });
       }
       items_.push_back(std::move(item));
     }
@@ -125,6 +131,21 @@ Eigen::Vector3d Simulation::Core::force(const Item& item) noexcept {
     const double rate = (velocity(s.b) - velocity(s.a)).dot(d) / length;
     const Eigen::Vector3d on_a = spring_force(law_, numbers_of<double>(s), d, length, rate);
     total += s.a == item.node ? on_a : Eigen::Vector3d(-on_a);
+  }
+  for (const VolumeCell& cell : item.cells) {
+    Corners<double> x{};
+    Corners<double> rate{};
+    Corners<double> on{};
+    for (std::size_t n = 0; n < 8; ++n) {
+      const Eigen::Vector3d place = position(cell.nodes[n]);
+      const Eigen::Vector3d v = velocity(cell.nodes[n]);
+      x[n] = {place.x(), place.y(), place.z()};
+      rate[n] = {v.x(), v.y(), v.z()};
+    }
+    add_cell_forces<true>(CellNumbers<double>(cell), x, rate, on);
+    for (std::size_t n = 0; n < 8; ++n) {
+      if (cell.nodes[n] == item.node) { total += Eigen::Vector3d(on[n].x, on[n].y, on[n].z); }
+    }
   }
   return total;
 }

@@ -194,8 +194,8 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
   const long nodes = rows ? 0 : network.node_count() - std::ssize(problem.free_nodes());
   const bool device = scene.drive && scene.drive->kind == Drive::Kind::falcon;
   for (auto& [skipped, text] : std::initializer_list<std::pair<bool, std::string>>{
-           {!is_damped(network.springs), "dampers: every spring has zero viscosity"},
-           {network.cells.empty(), "cell volumes: Poisson's ratio is 1/4 everywhere"},
+           {!is_damped(network), "dampers: springs and cells have no viscosity"},
+           {!has_volume_terms(network), "cell volumes: Poisson's ratio is 1/4 everywhere"},
            {springs > 0, "springs between fixed nodes: " + std::to_string(springs)},
            {nodes > 0, "stepping of fixed nodes: " + std::to_string(nodes)},
            {scene.tissue.gravity.isZero(), "gravity: zero"},
@@ -349,12 +349,10 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
     return plan;
   }
   const PrintedForm& printed = scene.simulation.printed;
-  const bool damped = is_damped(network->network().springs) ||
-                      std::ranges::any_of(network->network().cells,
-                                          [](const VolumeCell& c) { return c.viscosity > 0.0; });
+  const bool damped = is_damped(network->network());
   const bool law_as_printed = SpringLaw::is_printed(printed);
   std::optional<LatticeShape> shape;
-  const bool cells = !network->network().cells.empty();
+  const bool cells = has_volume_terms(network->network());
   if (!plan.integrator->implicit && !law_as_printed && !plan.far && !cells) {
     shape = network->network().springs.lattice();
   }

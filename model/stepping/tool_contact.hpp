@@ -327,7 +327,8 @@ template <class Real> class ToolContact : public ToolState {
       match_positions(state);
       match_velocities(state);
     }
-    // What the tip gives to the tissue at d and does not store there is lost in cutting.
+    // The work of the tip on the tissue at d, less the change of the energy stored there, is the
+    // loss in cutting.
     const double pressed = 0.5 * softness_ * pressing_force() * pressing_force();
     losses_.cutting += pressed_ - pressed;
     pressed_ = pressed;

@@ -24,6 +24,34 @@ using Eigen::Matrix4d;
 using Eigen::Vector3d;
 using std::numbers::pi;
 
+// Layers bonded to each other and to a rigid base. A layer has the stiffness of its upper face,
+// then of its lower face, each with `size` coordinates.
+
+template <int size> using FaceMatrix = Eigen::Matrix<double, size, size>;
+template <int size> using LayerMatrix = Eigen::Matrix<double, 2 * size, 2 * size>;
+
+/// Computes the stiffness of all that lies below each upper face.
+template <int size>
+void stack_up(const std::vector<LayerMatrix<size>>& layers, std::vector<FaceMatrix<size>>& below) {
+  below.back() = layers.back().template topLeftCorner<size, size>();
+  for (std::size_t n = layers.size() - 1; n-- > 0;) {
+    const LayerMatrix<size>& s = layers[n];
+    below[n] = s.template topLeftCorner<size, size>() -
+               s.template topRightCorner<size, size>() *
+                   (s.template bottomRightCorner<size, size>() + below[n + 1]).inverse() *
+                   s.template bottomLeftCorner<size, size>();
+  }
+}
+
+/// Returns the stiffness above the lower face of a layer from that above its upper face.
+template <int size>
+FaceMatrix<size> pass_down(const LayerMatrix<size>& s, const FaceMatrix<size>& above) {
+  return s.template bottomRightCorner<size, size>() -
+         s.template bottomLeftCorner<size, size>() *
+             (s.template topLeftCorner<size, size>() + above).inverse() *
+             s.template topRightCorner<size, size>();
+}
+
 // Continuum. A layer carries U(z) J1(k r) along r and W(z) J0(k r) along z.
 
 /// Wavenumber times thickness below which a layer is computed with linear shape functions; the
@@ -91,23 +119,12 @@ void respond(const std::vector<ColumnLayer>& layers, double k, std::vector<doubl
                        layers[n].poissons_ratio == layers[n - 1].poissons_ratio;
     stiffness[n] = again ? stiffness[n - 1] : layer_stiffness(layers[n], k);
   }
-  // Stiffness of all that lies below an interface, and of all above it.
   std::vector<Matrix2d> below(count);
-  below[count - 1] = stiffness[count - 1].topLeftCorner<2, 2>();
-  for (std::size_t n = count - 1; n-- > 0;) {
-    const Matrix4d& s = stiffness[n];
-    below[n] = s.topLeftCorner<2, 2>() -
-               s.topRightCorner<2, 2>() * (s.bottomRightCorner<2, 2>() + below[n + 1]).inverse() *
-                   s.bottomLeftCorner<2, 2>();
-  }
+  stack_up<2>(stiffness, below);
   Matrix2d above = Matrix2d::Zero();
   for (std::size_t n = 0; n < count; ++n) {
     response[n] = (above + below[n]).inverse()(1, 1);
-    const Matrix4d& s = stiffness[n];
-    above = (s.bottomRightCorner<2, 2>() - s.bottomLeftCorner<2, 2>() *
-                                               (s.topLeftCorner<2, 2>() + above).inverse() *
-                                               s.topRightCorner<2, 2>())
-                .eval();
+    above = pass_down<2>(stiffness[n], above);
   }
 }
 
@@ -257,7 +274,8 @@ PlaneCompliance spectrum(std::span<const PlaneSupport> own, std::span<const Plan
   return sum;
 }
 
-/// Number of cells after which the grid repeats: three times its depth, within limits of work.
+/// Returns the number of cells after which the grid repeats: four times its depth, within limits of
+/// work.
 int period_of(const GridColumn& grid) {
   const auto planes = static_cast<double>(grid.spring_modulus.size());
   const double wanted = 4.0 * planes * grid.spacing.z() / grid.spacing.head<2>().minCoeff();
@@ -284,14 +302,7 @@ std::vector<PlaneCompliance> grid_compliance(
       for (std::size_t n = 0; n < planes; ++n) {
         layers[n] = grid.spring_modulus[n] * unit.springs + grid.volume_modulus[n] * unit.volume;
       }
-      below[planes - 1] = layers[planes - 1].topLeftCorner<3, 3>();
-      for (std::size_t n = planes - 1; n-- > 0;) {
-        const Matrix6d& s = layers[n];
-        below[n] =
-            s.topLeftCorner<3, 3>() - s.topRightCorner<3, 3>() *
-                                          (s.bottomRightCorner<3, 3>() + below[n + 1]).inverse() *
-                                          s.bottomLeftCorner<3, 3>();
-      }
+      stack_up<3>(layers, below);
       Matrix3d above = Matrix3d::Zero();
       for (std::size_t n = 0; n < planes; ++n) {
         const Matrix3d response = (above + below[n]).inverse();
@@ -305,10 +316,7 @@ std::vector<PlaneCompliance> grid_compliance(
                                    s.bottomLeftCorner<3, 3>() * response;
           compliance[n].next += weight.next * carried(2, 2);
         }
-        above = (s.bottomRightCorner<3, 3>() - s.bottomLeftCorner<3, 3>() *
-                                                   (s.topLeftCorner<3, 3>() + above).inverse() *
-                                                   s.topRightCorner<3, 3>())
-                    .eval();
+        above = pass_down<3>(s, above);
       }
     }
   }

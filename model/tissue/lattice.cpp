@@ -79,16 +79,13 @@ void add_spring(int node, int neighbour, const BondSum& bond, double rest, Sprin
                              bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
 }
 
-/// Appends a cell if its material resists changes of volume.
-void add_cell(const std::array<int, 8>& nodes, const CellMaterial& material, double volume,
-              SpringNetwork& network) {
+VolumeCell cell_of(const std::array<int, 8>& nodes, const CellMaterial& material, double volume) {
   const double modulus = material.volume_modulus();
-  if (!(modulus > 0.0)) { return; }
-  network.cells.push_back({.nodes = nodes,
-                           .stiffness = modulus,
-                           .viscosity = modulus * material.retardation_time.value_or(0.0),
-                           .collapse = 1.2 * material.spring_modulus(),
-                           .volume = volume});
+  return {{.stiffness = modulus,
+           .viscosity = modulus * material.retardation_time.value_or(0.0),
+           .collapse = modulus > 0.0 ? 1.2 * material.spring_modulus() : 0.0,
+           .volume = volume},
+          nodes};
 }
 
 /// Materials of the cells of three layers: those around a layer of nodes, and those below, which
@@ -237,7 +234,8 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
       std::array<int, 8> corners{};
       auto next = corners.begin();
       for_each_corner(i, j, l, [&](int b, int c, int d) { *next++ = node_at(b, c, d); });
-      add_cell(corners, cells.at(i, j, l).material, volume, network);
+      const VolumeCell made = cell_of(corners, cells.at(i, j, l).material, volume);
+      if (made.stiffness > 0.0) { network.cells.push_back(made); }
     });
   };
   const auto add_masses = [&](int l) {
@@ -319,7 +317,7 @@ SpringNetwork grid_network(
       const CellMaterial* material = cell(i, j, l, corner, corner);
       if (material != nullptr) { mean.add(1.0, *material); }
     }
-    if (mean.parts() > 0.0) { add_cell(corners, mean.mean(), volume, network); }
+    if (mean.parts() > 0.0) { network.cells.push_back(cell_of(corners, mean.mean(), volume)); }
   });
   const BoxBonds bonds = box_bonds(nodes.spacing, connectivity);
   const auto directions = bond_directions(connectivity);

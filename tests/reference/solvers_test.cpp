@@ -5,6 +5,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "model/tissue/lattice.hpp"
 #include "reference/exact_problems.hpp"
 #include "reference/integrate.hpp"
 #include "reference/solution.hpp"
@@ -21,6 +22,25 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 const NetworkProblem pulsed(sample::block({.nodes = 2}), {sample::pulse(0.1)});
+
+TEST("the force law of the long double run agrees on cells, also where a corner collapses") {
+  SpringNetwork network = cell_lattice({{3, 3, 3}, 0.01, 26}, [](int, int, int) {
+    return CellMaterial{
+        .youngs_modulus = 5e3, .density = 1000.0, .poissons_ratio = 0.45, .retardation_time = 1e-3};
+  });
+  for (const int node : face_nodes(network.rest_position, Face::z_max)) {
+    network.fixed[static_cast<std::size_t>(node)] = 1;
+  }
+  network.initial_displacement = NodeVectors::Zero(3, network.node_count());
+  network.initial_displacement(2, 4) =
+      0.0085;  // the middle of the top face, close to the next node
+  const NetworkProblem problem(std::move(network));
+  const std::vector<double> times = sample::instants(0.02, 4);
+  const Trace one = solver_named("cvode-adams").solve(problem, times, {.relative = 1e-11});
+  const Trace other =
+      solver_named("long-double-fehlberg-7-8").solve(problem, times, {.relative = 1e-12});
+  CHECK((one.position - other.position).cwiseAbs().maxCoeff() <= 1e-8 * 0.0085);
+}
 
 TEST("segments begin and end at breaks and gates lie inside them") {
   const auto segments = segments_of(pulsed, {0.0, 0.01, 0.05});

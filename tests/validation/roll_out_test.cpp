@@ -2,7 +2,10 @@
 
 #include "validation/roll_out.hpp"
 
+#include <cmath>
+
 #include "device/falcon/wire_recording.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 #include "tests/validation/insertion_scenes.hpp"
 #include "validation/claims/tool_fixture.hpp"
@@ -39,6 +42,35 @@ TEST("node positions are kept at ticks with events and at the largest force, in 
           again.node_positions());
   }
   CHECK(found + (run.keyframes.time.front() == 0.0 ? 1 : 0) == run.keyframes.time.size());
+}
+
+TEST("a network whose nodes are numbered in another order has the same forces") {
+  Scene scene;
+  scene.tissue.lattice = {.nodes = {4, 4, 4}, .spacing = 0.01, .material = "gel"};
+  scene.materials = {{.name = "gel", .youngs_modulus = 1e4, .poissons_ratio = 0.45}};
+  scene.tissue.fixed = std::vector<Face>{};
+  const SpringNetwork given = build_network(scene);
+  const NetworkProblem first(given);
+  SpringNetwork network = given;
+  const std::vector<int> node_of = renumber(network, scene, 5);
+  const NetworkProblem other(network);
+  Eigen::VectorXd q = first.initial_position();
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    q(i) += 1e-3 * std::cos(7.0 * static_cast<double>(i));
+  }
+  Eigen::VectorXd there(q.size());
+  for (int n = 0; n < 64; ++n) {
+    there.segment<3>(3 * node_of[static_cast<std::size_t>(n)]) = q.segment<3>(3 * n);
+  }
+  Eigen::VectorXd f(q.size());
+  Eigen::VectorXd g(q.size());
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(q.size());
+  first.force(0.0, 0.0, q, still, f);
+  other.force(0.0, 0.0, there, still, g);
+  for (int n = 0; n < 64; ++n) {
+    CHECK_NEAR(g.segment<3>(3 * node_of[static_cast<std::size_t>(n)]), f.segment<3>(3 * n),
+               1e-12 * f.cwiseAbs().maxCoeff());
+  }
 }
 
 TEST("no more events are kept than requested, and none without a tool") {

@@ -193,6 +193,19 @@ TEST("a cell that is pressed to a tenth of its volume, or turned inside out, com
   }
 }
 
+TEST("a lattice is checked with axes of either sign, and one corner inside out is counted") {
+  for (const double sign : {1.0, -1.0}) {
+    SpringNetwork network = block(0.45);
+    network.rest_position.row(0) *= sign;
+    NodeVectors moved = network.rest_position;
+    CHECK_NEAR(check_cells(network, moved).smallest, 1.0, 1e-12);
+    CHECK(check_cells(network, moved).inverted == 0);
+    moved(2, 0) += 1.5 * h;  // the first node, through the cell below it
+    CHECK(check_cells(network, moved).smallest < 0.0);
+    CHECK(check_cells(network, moved).inverted == 1);
+  }
+}
+
 TEST("the resistance to collapse begins smoothly and stays finite") {
   const CollapseSlopes none = CollapseSlopes::at(collapse_begin);
   CHECK(none.first == 0.0);

@@ -95,7 +95,7 @@ TEST("damping is found wherever it is") {
   std::vector<Spring> springs = chains(2, 5);
   for (Spring& spring : springs) { spring.viscosity = 0.0; }
   CHECK(!is_damped(springs));
-  CHECK(!is_damped({}));
+  CHECK(!is_damped(SpringList{}));
   springs[9].viscosity = 1e-9;
   CHECK(is_damped(springs));
 }

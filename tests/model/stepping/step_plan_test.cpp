@@ -125,7 +125,7 @@ TEST("the plan lists skipped parts with reasons, and skips nothing if skipping i
   scene.tissue.gravity.setZero();
   scene.loads.clear();
   const StepPlan bare = plan_of(scene);
-  CHECK(mentions(bare.skipped, "dampers: every spring has zero viscosity"));
+  CHECK(mentions(bare.skipped, "dampers: springs and cells have no viscosity"));
   CHECK(mentions(bare.skipped, "gravity: zero"));
   CHECK(mentions(bare.skipped, "loads: the scene has none"));
   CHECK(bare.kernel.starts_with("lattice-undamped-double-"));
