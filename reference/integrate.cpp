@@ -22,7 +22,12 @@ FirstOrderSystem::FirstOrderSystem(const Problem& problem)
     : problem_(&problem),
       origin_(problem.initial_position()),
       inverse_mass_(problem.mass().cwiseInverse()),
-      position_(origin_) {}
+      position_(origin_) {
+  const auto* network = dynamic_cast<const NetworkProblem*>(&problem);
+  if (network != nullptr && relaxes(network->network())) {
+    throw SolverError("relaxing tissue has further states; only solve_long_double integrates them");
+  }
+}
 
 VectorXd FirstOrderSystem::initial_state() const {
   VectorXd y(size());

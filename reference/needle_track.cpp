@@ -79,6 +79,9 @@ Eigen::VectorXd NeedleTrack::friction_shares(std::size_t segment, std::size_t in
 }
 
 NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
+  if (relaxes(network)) {
+    throw SolverError("insertion: relaxing tissue has no reference for a tool");
+  }
   NeedleTrack track;
   if (scene.probe) {
     track.knots = {probe_knot(scene, network)};

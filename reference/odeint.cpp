@@ -218,11 +218,18 @@ class NetworkEquations final : public ExtendedEquations {
       offset_.push_back(moves ? static_cast<std::ptrdiff_t>(3 * moving_.size()) : -1);
       if (moves) { moving_.push_back(node); }
     }
+    const auto count = [&](int number) {
+      if (number > 0) { branches_ += law(number).branches.size(); }
+    };
+    for (const Spring& spring : network.springs) { count(spring.law); }
+    for (const VolumeCell& cell : network.cells) { count(cell.stiffness > 0.0 ? cell.law : 0); }
   }
 
   std::size_t dof() const override { return 3 * moving_.size(); }
+  /// Displacements and velocities, then the tension z of every branch of the springs and cells that
+  /// relax, tau z' = T - z with the elastic tension T.
   ExtendedState initial_state() const override {
-    ExtendedState y(2 * dof(), 0);
+    ExtendedState y(2 * dof() + branches_, 0);
     const NodeVectors& velocity = problem_.network().initial_velocity;
     if (velocity.cols() == 0) { return y; }
     for (std::size_t c = 0; c < dof(); ++c) {
@@ -237,10 +244,12 @@ class NetworkEquations final : public ExtendedEquations {
   }
 
   void derivative(Extended t, double gate, const ExtendedState& y, ExtendedState& dy) override {
+    dy.resize(y.size());
     for (std::size_t c = 0; c < dof(); ++c) {
       dy[c] = y[dof() + c];
       dy[dof() + c] = 0;
     }
+    branch_ = 2 * dof();
     for (const Spring& spring : problem_.network().springs) { add_spring(spring, y, dy); }
     for (const VolumeCell& cell : problem_.network().cells) { add_cell(cell, y, dy); }
     add_loads(t, gate, dy);
@@ -271,8 +280,10 @@ class NetworkEquations final : public ExtendedEquations {
     if (length < 1e-12L) { return; }
     const Extended shortening =
         (apart[0] * closing[0] + apart[1] * closing[1] + apart[2] * closing[2]) / length;
-    const Extended pull = Extended(spring.stiffness) * (length - Extended(spring.rest_length)) -
-                          Extended(spring.viscosity) * shortening;
+    const Extended stretch = (length - Extended(spring.rest_length)) / Extended(spring.rest_length);
+    Extended pull = Extended(spring.stiffness) * Extended(spring.rest_length) *
+                    (spring.law > 0 ? stiffened(law(spring.law).stiffening, stretch) : stretch);
+    pull = relaxed(spring.law, pull, y, dy) - Extended(spring.viscosity) * shortening;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const Extended component = pull * apart[axis] / length;
       if (offset[0] >= 0) { dy[dof() + static_cast<std::size_t>(offset[0]) + axis] += component; }
@@ -327,11 +338,11 @@ class NetworkEquations final : public ExtendedEquations {
       volume[n] = dot(edge[0], gradient[n][0]) / whole;
       mean += volume[n] / 8;
     }
+    const Extended resisting = relaxed(cell.law, Extended(cell.stiffness) * (mean - 1), y, dy);
     for (std::size_t n = 0; n < 8; ++n) {
-      const Extended pressure =
-          (Extended(cell.stiffness) * (mean - 1) + Extended(cell.viscosity) * rate +
-           Extended(cell.collapse) * collapse_slope(volume[n])) /
-          8;
+      const Extended pressure = (resisting + Extended(cell.viscosity) * rate +
+                                 Extended(cell.collapse) * collapse_slope(volume[n])) /
+                                8;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         for (std::size_t c = 0; c < 3; ++c) {
           const Extended force = pressure * gradient[n][axis][c];
@@ -340,6 +351,47 @@ class NetworkEquations final : public ExtendedEquations {
         }
       }
     }
+  }
+
+  const MaterialLaw& law(int number) const {
+    return problem_.network().laws[static_cast<std::size_t>(number) - 1];
+  }
+  /// Tension of a spring in units of k L0 that stiffens up to a largest slope.
+  static Extended stiffened(const Stiffening& s, Extended stretch) {
+    const Extended largest = s.largest;
+    const Extended size = std::abs(stretch);
+    const Extended sign = stretch < 0 ? -1 : 1;
+    if (s.law == Stiffening::Law::exponential) {
+      const Extended a = s.rate;
+      if (a == 0) { return stretch; }
+      const Extended end = std::log(largest) / a;
+      if (size <= end) { return sign * std::expm1(a * size) / a; }
+      return sign * ((largest - 1) / a + largest * (size - end));
+    }
+    const Extended b = s.quadratic;
+    const Extended c = s.cubic;
+    const auto bent = [&](Extended e) { return e * (1 + e * (b + c * e)); };
+    const auto slope = [&](Extended e) { return 1 + e * (2 * b + 3 * c * e); };
+    if (slope(size) <= largest) { return sign * bent(size); }
+    Extended low = 0;
+    Extended high = size;
+    for (int n = 0; n < 200; ++n) {
+      const Extended middle = (low + high) / 2;
+      (slope(middle) <= largest ? low : high) = middle;
+    }
+    return sign * (bent(low) + largest * (size - low));
+  }
+  /// Returns what the branches of the next element leave of its elastic tension, and writes the
+  /// rates of their tensions.
+  Extended relaxed(int number, Extended tension, const ExtendedState& y, ExtendedState& dy) const {
+    if (number == 0) { return tension; }
+    Extended left = tension;
+    for (const RelaxationBranch& branch : law(number).branches) {
+      left -= Extended(branch.share) * y[branch_];
+      dy[branch_] = (tension - y[branch_]) / Extended(branch.time);
+      ++branch_;
+    }
+    return left;
   }
 
   /// Slope of -J_b (1 - s)^2 ln s, s = J / J_b, with J_b = 0.3; linear below s = 0.1.
@@ -381,6 +433,8 @@ class NetworkEquations final : public ExtendedEquations {
   std::vector<Triple> place_{};           ///< initial positions of all nodes [m]
   std::vector<std::size_t> moving_{};     ///< nodes that are not fixed, ascending
   std::vector<std::ptrdiff_t> offset_{};  ///< of a node in u; -1 when fixed
+  std::size_t branches_ = 0;              ///< of all springs and cells
+  mutable std::size_t branch_ = 0;        ///< of the next element in y
 };
 
 /// Returns the equations, or null for an unknown kind of problem.

@@ -71,6 +71,17 @@ void add_network(Digest& digest, const NetworkProblem& problem) {
     digest.add(std::array{static_cast<double>(s.a), static_cast<double>(s.b), s.stiffness,
                           s.viscosity, s.rest_length});
   }
+  for (const MaterialLaw& law : problem.network().laws) {
+    const Stiffening& s = law.stiffening;
+    digest.add(std::array{static_cast<double>(s.law), s.rate, s.quadratic, s.cubic, s.largest});
+    for (const RelaxationBranch& b : law.branches) { digest.add(std::array{b.share, b.time}); }
+  }
+  if (!problem.network().laws.empty()) {
+    for (const Spring& s : problem.network().springs) { digest.add(static_cast<double>(s.law)); }
+    for (const VolumeCell& cell : problem.network().cells) {
+      digest.add(static_cast<double>(cell.law));
+    }
+  }
   for (const VolumeCell& cell : problem.network().cells) {
     for (const int node : cell.nodes) { digest.add(static_cast<double>(node)); }
     digest.add(std::array{cell.stiffness, cell.viscosity, cell.collapse, cell.volume});

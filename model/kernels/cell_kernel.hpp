@@ -58,7 +58,9 @@ Corners<xsimd::batch<Real, Arch>> load(const int* first, const Real* moving,
   return corners;
 }
 
-template <bool is_damped, class Real, class Arch>
+enum class Terms { elastic, damped, relaxing };
+
+template <Terms terms, class Real, class Arch>
 void add_forces(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept {
   using Batch = xsimd::batch<Real, Arch>;
   constexpr long lanes = static_cast<long>(Batch::size);
@@ -71,7 +73,11 @@ void add_forces(const View<Real>& view, const Real* q, const Real* v, Real* f) n
     const Corners<Batch> x = load<Real, Arch>(first, q, view.fixed);
     Corners<Batch> on;
     for (auto& corner : on) { corner = {Batch(Real(0)), Batch(Real(0)), Batch(Real(0))}; }
-    if constexpr (is_damped) {
+    if constexpr (terms == Terms::relaxing) {
+      const RelaxedCell<Batch> relaxed{Batch::load_unaligned(view.share + lanes * batch),
+                                       Batch::load_unaligned(view.held + lanes * batch)};
+      add_cell_forces<true>(cell, x, load<Real, Arch>(first, v, nullptr), on, &relaxed);
+    } else if constexpr (terms == Terms::damped) {
       add_cell_forces<true>(cell, x, load<Real, Arch>(first, v, nullptr), on);
     } else {
       add_cell_forces<false>(cell, x, x, on);
@@ -93,8 +99,9 @@ void add_forces(const View<Real>& view, const Real* q, const Real* v, Real* f) n
 
 template <class Real, class Arch> Kernels<Real> kernels_for() noexcept {
   return {.lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
-          .damped = &add_forces<true, Real, Arch>,
-          .undamped = &add_forces<false, Real, Arch>};
+          .damped = &add_forces<Terms::damped, Real, Arch>,
+          .undamped = &add_forces<Terms::elastic, Real, Arch>,
+          .relaxing = &add_forces<Terms::relaxing, Real, Arch>};
 }
 
 }  // namespace cells

@@ -2,6 +2,8 @@
 #pragma once
 /// Data that the kernels read and write, and tables of kernels for each instruction set.
 
+#include "model/problem/material_law.hpp"
+
 namespace palpate::lattice {
 
 /// Offsets to the neighbouring rows with which a row stores its springs, along the second and third
@@ -222,6 +224,9 @@ template <class Real> struct View {
   const int* first = nullptr;     ///< [batch][corner][lane]: index of x; -1 - n: place n of `fixed`
   const Real* numbers = nullptr;  ///< [batch][4][lane], as in CellNumbers
   const Real* fixed = nullptr;    ///< positions of fixed nodes [m]
+  /// [batch][lane], for relaxing kernels: what acts of kappa (J - 1); see Relaxed.
+  const Real* share = nullptr;
+  const Real* held = nullptr;  ///< [Pa]
 };
 /// Adds the forces of all cells to f.
 template <class Real>
@@ -230,9 +235,41 @@ template <class Real> struct Kernels {
   int lanes = 0;
   Force<Real> damped = nullptr;
   Force<Real> undamped = nullptr;
+  Force<Real> relaxing = nullptr;  ///< with damping
 };
 
 }  // namespace palpate::cells
+
+namespace palpate::laws {
+
+/// Springs of one material law, in batches of one per lane.
+template <class Real> struct Group {
+  long batches = 0;
+  StiffeningNumbers<Real> stiffening{};
+};
+template <class Real> struct View {
+  const Group<Real>* groups = nullptr;
+  long count = 0;
+  /// [batch][end][lane]: index of x; -1 - n: place n of `fixed`
+  const int* ends = nullptr;
+  const Real* numbers = nullptr;  ///< [batch][3][lane], as in SpringNumbers
+  const Real* share = nullptr;    ///< [batch][lane] of the elastic tension that acts; see Relaxed
+  const Real* held = nullptr;     ///< [batch][lane] [N]
+  const Real* fixed = nullptr;    ///< positions of fixed nodes [m]
+};
+/// Adds the forces of all springs to f.
+template <class Real>
+using Force = void (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
+/// Computes the elastic tensions [batch][lane] without relaxation [N].
+template <class Real>
+using Tension = void (*)(const View<Real>& view, const Real* q, Real* tension) noexcept;
+template <class Real> struct Kernels {
+  int lanes = 0;
+  Force<Real> force = nullptr;
+  Tension<Real> tension = nullptr;
+};
+
+}  // namespace palpate::laws
 
 namespace palpate {
 
@@ -245,6 +282,8 @@ struct KernelSet {
   supernodes::Kernels supernodes{};
   cells::Kernels<double> cells_double{};
   cells::Kernels<float> cells_float{};
+  laws::Kernels<double> laws_double{};
+  laws::Kernels<float> laws_float{};
 };
 
 KernelSet baseline_kernels() noexcept;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model/kernels/cell_forces.hpp"
+#include "model/kernels/law_springs.hpp"
 #include "model/kernels/network_system.hpp"
 #include "model/kernels/spring_kernels.hpp"
 #include "model/kernels/system.hpp"
@@ -44,7 +45,13 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     springs_.lagged = printed.lagged_velocity;
     springs_.lag = static_cast<Real>(h);
     if (springs_.lagged) { remember_lengths(); }
-    if (!SpringLaw::is_printed(printed)) { groups_.take(springs_, damped_ || !skip, spacing_); }
+    grouped_ = !SpringLaw::is_printed(printed);
+    if (grouped_) { groups_.take(springs_, damped_ || !skip, spacing_); }
+    if (!problem.network().laws.empty()) {
+      const Vector<Real> q = ListNetwork::initial_position();
+      laws_.take(springs_, problem.network().laws, q.data());
+      cells_.begin(q.data());
+    }
     this->spread_weight();
   }
 
@@ -63,6 +70,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
   }
   double one_pass(double t, double gate, Real h, State<Real>& state) noexcept override {
     this->add_loads(t, gate, Real(1), next_force_);
+    reach(t);
     add_springs(state.position, state.velocity, next_force_);
     return groups_.advance({.q = state.position.data(),
                             .v = state.velocity.data(),
@@ -74,6 +82,9 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
   }
   void jacobian(const Vector<Real>& q, const Vector<Real>& v, Real on_damping, Real on_stiffness,
                 Eigen::SparseMatrix<Real>& a) noexcept override {
+    // The stage of a step is `on_damping` seconds after its start.
+    laws_.at(static_cast<double>(on_damping));
+    cells_.at(static_cast<double>(on_damping));
     Real* values = a.valuePtr();
     std::fill(values, values + a.nonZeros(), Real(0));
     for (Eigen::Index i = 0; i < this->mass().size(); ++i) {
@@ -81,7 +92,13 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     }
     for_each_spring(springs_, q.data(), v.data(),
                     [&](std::size_t index, const auto& s, int b, const auto& d, const auto& w) {
-                      const auto g = spring_gradient<Real>(springs_.law, numbers_of<Real>(s), d, w);
+                      ElasticPull pull;
+                      const int element = laws_.element(index);
+                      if (element >= 0) {
+                        pull = laws_.pull(s, element, static_cast<double>(d.norm()));
+                      }
+                      const auto g = spring_gradient<Real>(springs_.law, numbers_of<Real>(s), d, w,
+                                                           element >= 0 ? &pull : nullptr);
                       const Eigen::Matrix<Real, 3, 3> block =
                           on_stiffness * g.position + on_damping * g.velocity;
                       const std::size_t blocks = b < 0 ? 1 : 4;
@@ -148,33 +165,85 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     return q;
   }
 
+  [[nodiscard]] double unmeasured_energy(const Vector<Real>& q) const noexcept override {
+    return !grouped_ ? 0.0 : law_energy(q) + cells_.energy(q.data());
+  }
+  void remember(double t, const Vector<Real>& q) noexcept override {
+    reach(t);
+    laws_.remember(q.data());
+    cells_.remember(q.data());
+    last_time_ = t;
+  }
+  [[nodiscard]] int relaxing(const Spring& spring) const override {
+    const auto first = [&](int node) {
+      return this->layout().first[static_cast<std::size_t>(node)];
+    };
+    int free_end = first(spring.a);
+    int other = first(spring.b);
+    if (free_end < 0) { std::swap(free_end, other); }
+    const Vector<Real> place = this->problem()
+                                   .held_position()
+                                   .col(first(spring.a) < 0 ? spring.a : spring.b)
+                                   .template cast<Real>();
+    std::size_t index = 0;
+    for (const auto& s : springs_.links) {
+      const bool ends = (s.a == free_end && s.b == other) || (s.a == other && s.b == free_end);
+      if (ends && s.law == spring.law) { return laws_.element(index); }
+      ++index;
+    }
+    for (const auto& s : springs_.anchors) {
+      const bool ends =
+          s.a == free_end && other < 0 && std::equal(s.place, s.place + 3, place.data());
+      if (ends && s.law == spring.law) { return laws_.element(index); }
+      ++index;
+    }
+    return -1;
+  }
+  [[nodiscard]] int relaxing(const VolumeCell& cell) const override {
+    return cells_.relaxing(cell, this->problem(), this->layout());
+  }
+  [[nodiscard]] Relaxed relaxed_spring(int number) const noexcept override {
+    return laws_.relaxed(number);
+  }
+  [[nodiscard]] Relaxed relaxed_cell(int number) const noexcept override {
+    const auto cell = cells_.relaxed(static_cast<std::size_t>(number));
+    return {static_cast<double>(cell.share), static_cast<double>(cell.held)};
+  }
+
  protected:
+  void reach(double t) noexcept override {
+    laws_.at(t - last_time_);
+    cells_.at(t - last_time_);
+  }
   void add_springs(const Vector<Real>& q, const Vector<Real>& v,
                    Vector<Real>& f) noexcept override {
-    if (groups_.empty()) {
-      add_forces(springs_, q.data(), v.data(), f.data());
-    } else {
+    if (grouped_) {
       groups_.add(q.data(), v.data(), f.data());
+    } else {
+      add_forces(springs_, q.data(), v.data(), f.data());
     }
+    laws_.add(q.data(), v.data(), f.data());
     cells_.add(q.data(), v.data(), f.data());
     add_fixed_pairs();
   }
   double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                          Vector<Real>& f) noexcept override {
-    if (groups_.empty()) { return NetworkSystem<Real>::measure_springs(q, v, f); }
+    if (!grouped_) { return NetworkSystem<Real>::measure_springs(q, v, f); }
     const double energy = groups_.measure(q.data(), v.data(), f.data());
+    laws_.add(q.data(), v.data(), f.data());
     cells_.add(q.data(), v.data(), f.data());
     add_fixed_pairs();
-    return energy + cells_.energy(q.data());
+    return energy;
   }
   [[nodiscard]] double elastic_energy(const Vector<Real>& q) const noexcept override {
     double energy = 0.0;
     for_each_spring(springs_, q.data(), q.data(),
                     [&](std::size_t, const auto& s, int, const auto& d, const auto&) {
+                      if (s.law > 0) { return; }
                       energy += 0.5 * add_twice_energy(numbers_of<double>(s),
                                                        static_cast<double>(d.norm()), 0.0);
                     });
-    return energy + cells_.energy(q.data());
+    return energy + law_energy(q) + cells_.energy(q.data());
   }
   [[nodiscard]] std::size_t spring_bytes() const noexcept override {
     return springs_.links.size() * sizeof(Link<Real>) +
@@ -182,12 +251,24 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
            springs_.previous_length.size() * sizeof(Real) + slots_.size() * sizeof(slots_[0]) +
            diagonal_slots_.size() * sizeof(diagonal_slots_[0]) +
            static_cast<std::size_t>(next_force_.size()) * sizeof(Real) + groups_.memory_bytes() +
-           cells_.memory_bytes();
+           cells_.memory_bytes() + laws_.memory_bytes();
   }
   /// Adds entries of the pattern that do not belong to nodes.
   virtual void add_entries(std::vector<Eigen::Triplet<Real>>& /*entries*/) const {}
 
  private:
+  /// Returns the elastic energy of the springs that stiffen or relax [J].
+  [[nodiscard]] double law_energy(const Vector<Real>& q) const noexcept {
+    double energy = 0.0;
+    if (laws_.empty()) { return energy; }
+    for_each_spring(springs_, q.data(), q.data(),
+                    [&](std::size_t index, const auto& s, int, const auto& d, const auto&) {
+                      const int element = laws_.element(index);
+                      if (element < 0) { return; }
+                      energy += laws_.pull(s, element, static_cast<double>(d.norm())).energy;
+                    });
+    return energy;
+  }
   void add_fixed_pairs() noexcept {
     if (!fixed_pairs_.links.empty()) {
       add_forces(fixed_pairs_, fixed_q_.data(), fixed_v_.data(), fixed_f_.data());
@@ -282,7 +363,10 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
 
   int spacing_;  ///< offset between the coordinates of consecutive nodes
   SpringSet<Real> springs_;
-  AdjacencySprings<Real> groups_{};  ///< the same springs, unless a printed form is selected
+  bool grouped_ = false;             ///< no printed form is selected
+  AdjacencySprings<Real> groups_{};  ///< the springs without a law, if grouped_
+  LawSprings<Real> laws_{};
+  double last_time_ = 0.0;  ///< of the last state that was remembered [s]
   CellForces<Real> cells_{};
   bool damped_ = true;
   Vector<Real> next_force_;      ///< weight, between two one-pass steps [N]

@@ -45,6 +45,7 @@ void NetworkSystem<Real>::force(double t, double gate, const Vector<Real>& q, co
                                 Vector<Real>& f) noexcept {
   put_weight(f);
   add_loads(t, gate, Real(1), f);
+  reach(t);
   add_springs(q, v, f);
 }
 
@@ -53,6 +54,7 @@ double NetworkSystem<Real>::measure(double t, double gate, const Vector<Real>& q
                                     const Vector<Real>& v, Vector<Real>& f) noexcept {
   put_weight(f);
   add_loads(t, gate, Real(1), f);
+  reach(t);
   return measure_springs(q, v, f);
 }
 

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "model/kernels/relaxation.hpp"
 #include "model/kernels/system.hpp"
 #include "model/problem/problem.hpp"
 
@@ -34,6 +35,19 @@ template <class Real> class NetworkSystem : public System<Real> {
   /// Returns the total energy [J] for a known elastic energy [J].
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v,
                               double elastic) const noexcept;
+  /// Returns the elastic energy that measure() left out [J].
+  [[nodiscard]] virtual double unmeasured_energy(const Vector<Real>& /*q*/) const noexcept {
+    return 0.0;
+  }
+  /// Ends a step: q is the position at time t, from which relaxation goes on.
+  virtual void remember(double /*t*/, const Vector<Real>& /*q*/) noexcept {}
+  /// Returns the number of a spring or cell that relaxes, for relaxed(); -1 for others.
+  [[nodiscard]] virtual int relaxing(const Spring& /*spring*/) const { return -1; }
+  [[nodiscard]] virtual int relaxing(const VolumeCell& /*cell*/) const { return -1; }
+  /// Returns what acts now of the elastic tension of a spring [N].
+  [[nodiscard]] virtual Relaxed relaxed_spring(int /*number*/) const noexcept { return {}; }
+  /// Returns what acts now of kappa (J - 1) of a cell [Pa].
+  [[nodiscard]] virtual Relaxed relaxed_cell(int /*number*/) const noexcept { return {}; }
   [[nodiscard]] int zero_length_springs(const Vector<Real>& q) const noexcept;
   /// Returns the number of springs with a free end; with skip = false, of all springs.
   [[nodiscard]] std::size_t spring_count() const { return spring_count_; }
@@ -51,6 +65,8 @@ template <class Real> class NetworkSystem : public System<Real> {
   /// Returns the weight as forces on the coordinates [N], or null if there is no gravity.
   [[nodiscard]] const Real* weight() const { return weight_.size() > 0 ? weight_.data() : nullptr; }
   /// Adds the spring forces and returns the elastic energy [J].
+  /// Prepares the forces of relaxing tissue at time t, that of a stage of a step.
+  virtual void reach(double /*t*/) noexcept {}
   virtual double measure_springs(const Vector<Real>& q, const Vector<Real>& v,
                                  Vector<Real>& f) noexcept {
     add_springs(q, v, f);

@@ -142,10 +142,12 @@ void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, i
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
   std::vector<std::vector<Link<Real>>> must(static_cast<std::size_t>(free_nodes_));
   for (const Anchor<Real>& s : springs.anchors) {
+    if (s.law > 0) { continue; }
     const int node = s.a / spacing;
     must[static_cast<std::size_t>(node)].push_back(s.template between<Real>(node, s.b / spacing));
   }
   std::vector<Link<Real>> links = springs.links;
+  std::erase_if(links, [](const Link<Real>& s) { return s.law > 0; });
   for (Link<Real>& s : links) {
     const auto [first, last] = std::minmax({s.a / spacing, s.b / spacing});
     s.a = first;

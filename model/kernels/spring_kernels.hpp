@@ -61,9 +61,10 @@ template <class Real> class AdjacencySprings {
   explicit AdjacencySprings(
       const adjacency::Kernels<Real>& kernels = adjacency_kernels<Real>().front())
       : kernels_(kernels) {}
-  /// Groups the links and anchors; includes dampers only if `damped`. Vectors have `spacing`
-  /// numbers per node: adjacency::node_stride, with the fixed points after the free nodes, or 3,
-  /// without fixed points; each evaluation then copies to padded vectors and back. Allocates.
+  /// Groups the links and anchors without a law (LawSprings has the others); includes dampers only
+  /// if `damped`. Vectors have `spacing` numbers per node: adjacency::node_stride, with the fixed
+  /// points after the free nodes, or 3, without fixed points; each evaluation then copies to padded
+  /// vectors and back. Allocates.
   void take(const SpringSet<Real>& springs, bool damped, int spacing);
   [[nodiscard]] bool empty() const { return groups_.empty(); }
   /// Adds the forces of all springs to f.

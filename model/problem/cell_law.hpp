@@ -141,12 +141,21 @@ Number mean_rate(const CellVolumes<Number>& volumes, const Corners<Number>& v,
   return sum / (Number(8) * rest_volume);
 }
 
-/// Adds the forces of a cell on its corners [N]; x [m], v [m/s]. v is unused unless `damped`.
+/// What relaxation leaves of a cell's pressure kappa (J - 1): share * pressure - held.
+template <class Number> struct RelaxedCell {
+  Number share;
+  Number held;  ///< [Pa]
+};
+
+/// Adds the forces of a cell on its corners [N]; x [m], v [m/s]. v is unused unless `damped`,
+/// `relaxed` is null unless the cell relaxes.
 template <bool damped, class Number>
 void add_cell_forces(const CellNumbers<Number>& cell, const Corners<Number>& x,
-                     const Corners<Number>& v, Corners<Number>& f) noexcept {
+                     const Corners<Number>& v, Corners<Number>& f,
+                     const RelaxedCell<Number>* relaxed = nullptr) noexcept {
   const CellVolumes<Number> volumes = volumes_of(x, cell.volume);
   Number pull = cell.stiffness * (volumes.mean - Number(1));
+  if (relaxed != nullptr) { pull = relaxed->share * pull - relaxed->held; }
   if constexpr (damped) { pull = pull + cell.viscosity * mean_rate(volumes, v, cell.volume); }
   const Number eighth(0.125);
   for (std::size_t n = 0; n < 8; ++n) {
@@ -175,13 +184,14 @@ template <class Real> struct CellGradient {
 
 template <class Real>
 CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Real>& x,
-                                 const Corners<Real>& v) noexcept {
+                                 const Corners<Real>& v,
+                                 const RelaxedCell<Real>& relaxed = {Real(1), Real(0)}) noexcept {
   using Numbers = Eigen::Matrix<Real, 24, 1>;
   using AllCorners = Eigen::Map<const Numbers>;
   using Block = Eigen::Matrix<Real, 3, 3>;
   static_assert(sizeof(Corners<Real>) == 24 * sizeof(Real));
   const CellVolumes<Real> volumes = volumes_of(x, cell.volume);
-  const Real pull = cell.stiffness * (volumes.mean - Real(1)) +
+  const Real pull = relaxed.share * (cell.stiffness * (volumes.mean - Real(1))) - relaxed.held +
                     cell.viscosity * mean_rate(volumes, v, cell.volume);
   const Real share = Real(0.125) / cell.volume;
   CellGradient<Real> gradient;
@@ -229,7 +239,7 @@ CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Re
     }
   }
   gradient.velocity = (cell.viscosity * cell.volume) * mean * mean.transpose();
-  gradient.position += (cell.stiffness * cell.volume) * mean * mean.transpose() +
+  gradient.position += (relaxed.share * cell.stiffness * cell.volume) * mean * mean.transpose() +
                        (cell.viscosity * cell.volume) * mean * mean_moved.transpose();
   return gradient;
 }

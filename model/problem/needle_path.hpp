@@ -21,6 +21,7 @@ struct PathInterval {
   std::string label{};           ///< name of the layer or of its material
   double youngs_modulus = 0.0;   ///< [Pa]; 0 in a gap or in an unknown material
   double poissons_ratio = 0.25;  ///< [1]
+  MaterialLaw law{};             ///< stiffening and relaxation
 };
 
 /// Returns the interval of a material between two depths [m].

@@ -142,16 +142,20 @@ void NetworkProblem::force(double t, double gate, const Coordinates& q, const Co
                            Eigen::Ref<Eigen::VectorXd> f) const {
   const SpringLaw law = SpringLaw::from(printed_);
   f.setZero();
-  for_each_spring(q, v,
-                  [&](const Spring& spring, Eigen::Index a, Eigen::Index b, const Vector3d& d,
-                      const Vector3d& w) {
-                    const double length = d.norm();
-                    if (length < zero_length) { return; }
-                    const Vector3d on_a =
-                        spring_force(law, numbers_of<double>(spring), d, length, w.dot(d) / length);
-                    if (a >= 0) { f.segment<3>(a) += on_a; }
-                    if (b >= 0) { f.segment<3>(b) -= on_a; }
-                  });
+  for_each_spring(
+      q, v,
+      [&](const Spring& spring, Eigen::Index a, Eigen::Index b, const Vector3d& d,
+          const Vector3d& w) {
+        const double length = d.norm();
+        if (length < zero_length) { return; }
+        Vector3d on_a = spring_force(law, numbers_of<double>(spring), d, length, w.dot(d) / length);
+        if (spring.law > 0) {
+          const double elastic = elastic_pull(network_.law_of(spring), spring, length).tension;
+          on_a = (elastic + spring.viscosity * w.dot(d) / length) / length * d;
+        }
+        if (a >= 0) { f.segment<3>(a) += on_a; }
+        if (b >= 0) { f.segment<3>(b) -= on_a; }
+      });
   for_each_cell(q, v,
                 [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>& rate) {
                   Corners<double> on{};
@@ -185,8 +189,12 @@ void NetworkProblem::jacobian(const Coordinates& q, const Coordinates& v, Jacobi
   for_each_spring(q, v,
                   [&](const Spring& spring, Eigen::Index a, Eigen::Index b, const Vector3d& d,
                       const Vector3d& w) {
-                    const auto gradient =
-                        spring_gradient<double>(law, numbers_of<double>(spring), d, w);
+                    ElasticPull pull;
+                    if (spring.law > 0) {
+                      pull = elastic_pull(network_.law_of(spring), spring, d.norm());
+                    }
+                    const auto gradient = spring_gradient<double>(
+                        law, numbers_of<double>(spring), d, w, spring.law > 0 ? &pull : nullptr);
                     add_blocks(position_triplets, a, b, gradient.position);
                     add_blocks(velocity_triplets, a, b, gradient.velocity);
                   });
@@ -237,7 +245,9 @@ double NetworkProblem::energy(const Coordinates& q, const Coordinates& v) const 
   for_each_spring(
       q, v,
       [&](const Spring& spring, Eigen::Index, Eigen::Index, const Vector3d& d, const Vector3d&) {
-        energy += 0.5 * add_twice_energy(numbers_of<double>(spring), d.norm(), 0.0);
+        energy += spring.law > 0
+                      ? elastic_pull(network_.law_of(spring), spring, d.norm()).energy
+                      : 0.5 * add_twice_energy(numbers_of<double>(spring), d.norm(), 0.0);
       });
   for_each_cell(q, v,
                 [&](const VolumeCell& cell, const Corners<double>& x, const Corners<double>&) {

@@ -30,7 +30,8 @@ class Problem {
   [[nodiscard]] virtual const Eigen::VectorXd& mass() const = 0;  ///< per coordinate [kg]
   [[nodiscard]] virtual Eigen::VectorXd initial_position() const = 0;
   [[nodiscard]] virtual Eigen::VectorXd initial_velocity() const = 0;
-  /// Computes the total force per coordinate [N]; q [m], v [m/s].
+  /// Computes the total force per coordinate [N]; q [m], v [m/s]. Relaxing tissue has its
+  /// instantaneous stiffness here: its state is not in q and v.
   virtual void force(double t, double gate, const Coordinates& q, const Coordinates& v,
                      Eigen::Ref<Eigen::VectorXd> f) const = 0;
   /// Computes the exact K = -df/dq and C = -df/dv. The sparsity pattern is the same on every call.
@@ -54,10 +55,12 @@ template <class Real> struct SpringGradient {
   Eigen::Matrix<Real, 3, 3> velocity = Eigen::Matrix<Real, 3, 3>::Zero();
 };
 
+/// `pull`: elastic part of a spring that stiffens or relaxes, in place of the linear one.
 template <class Real>
 SpringGradient<Real> spring_gradient(const SpringLaw& law, const SpringNumbers<Real>& numbers,
                                      const Eigen::Matrix<Real, 3, 1>& d,
-                                     const Eigen::Matrix<Real, 3, 1>& w) noexcept {
+                                     const Eigen::Matrix<Real, 3, 1>& w,
+                                     const ElasticPull* pull = nullptr) noexcept {
   using Matrix = Eigen::Matrix<Real, 3, 3>;
   using Vector3 = Eigen::Matrix<Real, 3, 1>;
   const Real length = d.norm();
@@ -67,7 +70,11 @@ SpringGradient<Real> spring_gradient(const SpringLaw& law, const SpringNumbers<R
   spring.viscosity *= static_cast<Real>(law.scale);
   const Vector3 u = d / length;
   const Real rate = w.dot(u);
-  const Real tension = SpringTension<>::of(spring, length, rate);
+  Real tension = SpringTension<>::of(spring, length, rate);
+  if (pull != nullptr) {
+    spring.stiffness = static_cast<Real>(pull->stiffness);
+    tension = static_cast<Real>(pull->tension) + spring.viscosity * rate;
+  }
   const Vector3 slope = spring.stiffness * u + (spring.viscosity / length) * (w - rate * u);
   const Vector3 e = law.along_displacement ? d : u;
   const Matrix turn = law.along_displacement

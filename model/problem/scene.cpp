@@ -40,6 +40,11 @@ Syringe air_syringe() {
   return air;
 }
 
+MaterialLaw law_of(const Material& material) {
+  return {.stiffening = material.stiffening.value_or(Stiffening{}),
+          .branches = material.relaxation};
+}
+
 TissueRole role_of(const Material& material) {
   if (material.role) { return *material.role; }
   if (names(material, "epidural")) { return TissueRole::epidural_space; }

@@ -165,10 +165,15 @@ struct Material {
   std::optional<double> viscosity{};  ///< per spring, replaces damping_ratio [N s/m]
   /// tau of a Kelvin-Voigt solid, viscosity over stiffness [s]; replaces damping_ratio.
   std::optional<double> retardation_time{};
-  double cutting_force = 0.0;        ///< [N]
-  double friction = 0.0;             ///< [N/m] per metre of shaft
-  std::optional<TissueRole> role{};  ///< empty: derived from the name by role_of()
+  std::optional<Stiffening> stiffening{};
+  std::vector<RelaxationBranch> relaxation{};  ///< at most three branches
+  double cutting_force = 0.0;                  ///< [N]
+  double friction = 0.0;                       ///< [N/m] per metre of shaft
+  std::optional<TissueRole> role{};            ///< empty: derived from the name by role_of()
 };
+
+/// Returns the law of a material; linear and elastic if it has neither stiffening nor relaxation.
+MaterialLaw law_of(const Material& material);
 
 /// Returns the given role, or that of "epidural", "dura" or "bone" in the name, otherwise tissue.
 TissueRole role_of(const Material& material);

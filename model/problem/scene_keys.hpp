@@ -120,6 +120,7 @@ constexpr auto words(Source e) {
 constexpr auto words(Face e) {
   return in_order(e, "x-min", "x-max", "y-min", "y-max", "z-min", "z-max");
 }
+constexpr auto words(Stiffening::Law e) { return in_order(e, "exponential", "polynomial"); }
 constexpr auto words(LatticeWeights e) { return in_order(e, "cell", "uniform"); }
 constexpr auto words(Inclusion::Shape e) { return in_order(e, "sphere", "box"); }
 constexpr auto words(Profile e) { return in_order(e, "constant", "ramp", "half-sine"); }
@@ -304,6 +305,29 @@ template <class Visitor, Is<Tissue> T> void fields(Visitor& v, T& t) {
   v.table("oscillator", t.oscillator);
 }
 
+template <class Visitor, Is<Stiffening> T> void fields(Visitor& v, T& s) {
+  v.value(
+      "law", s.law,
+      required({.doc = "Tension k L0 g(e) of a spring with strain e, the same in compression"}));
+  v.value("rate", s.rate,
+          {"1", range::non_negative, "Exponential: a of g = (exp(a e) - 1) / a; must be > 0"});
+  v.value("quadratic", s.quadratic,
+          {"1", range::non_negative, "Polynomial: b of g = e + b e^2 + c e^3"});
+  v.value("cubic", s.cubic, {"1", range::non_negative, "Polynomial: c of g"});
+  v.value(
+      "largest", s.largest,
+      {"1", range::from_to(1, 1e6),
+       "Stiffness relative to that at rest at which stiffening ends: g is straight from there"});
+}
+
+template <class Visitor, Is<RelaxationBranch> T> void fields(Visitor& v, T& b) {
+  v.value("share", b.share,
+          required({"1",
+                    {.low = 0.0, .high = 1.0, .above_low = true, .below_high = true},
+                    "Share of the stiffness at once that decays"}));
+  v.value("time", b.time, required({"s", range::positive, "Time in which it decays to 1/e"}));
+}
+
 template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
   v.value("name", m.name,
           required({.doc = "Name; replaces the library material of the same name"}));
@@ -323,6 +347,8 @@ template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
   v.at_most_one("damping_ratio", "viscosity");
   v.at_most_one("damping_ratio", "retardation_time");
   v.at_most_one("viscosity", "retardation_time");
+  v.optional_table("stiffening", m.stiffening);
+  v.list("relaxation", m.relaxation);
   v.value("cutting_force", m.cutting_force,
           {"N", range::non_negative, "Cutting force at the needle tip"});
   v.value("friction", m.friction,
@@ -374,7 +400,7 @@ template <class Visitor, Is<Output> T> void fields(Visitor& v, T& o) {
 template <class Visitor, Is<Needle> T> void fields(Visitor& v, T& n) {
   v.value("gauge", GaugeOf{n.diameter}, {.doc = "Stubs gauge; sets the diameter"});
   v.value("diameter", n.diameter,
-          {"m", range::positive, "Outer diameter; reported, has no effect on forces"});
+          {"m", range::positive, "Outer diameter: the size of the contact at the tip"});
   v.at_most_one("gauge", "diameter");
   v.value("entry", n.entry,
           {.unit = "m", .doc = "Point where the needle line crosses the undeformed skin"});

@@ -45,7 +45,8 @@ void SpringList::push_back(const Spring& spring) {
                      .first_spring = size_});
     open_ = true;
   }
-  bonds_.push_back({spring.b - spring.a, spring.stiffness, spring.viscosity, spring.rest_length});
+  bonds_.push_back(
+      {spring.b - spring.a, spring.law, spring.stiffness, spring.viscosity, spring.rest_length});
   ++runs_.back().bonds;
   ++size_;
 }
@@ -100,6 +101,19 @@ bool is_damped(const SpringList& springs) {
 bool is_damped(const SpringNetwork& network) {
   return is_damped(network.springs) ||
          std::ranges::any_of(network.cells, [](const VolumeCell& c) { return c.viscosity > 0.0; });
+}
+
+bool relaxes(const SpringNetwork& network) {
+  return std::ranges::any_of(network.laws,
+                             [](const MaterialLaw& law) { return !law.branches.empty(); });
+}
+
+int SpringNetwork::law_number(const MaterialLaw& law) {
+  if (law.is_linear_elastic()) { return 0; }
+  const auto found = std::ranges::find(laws, law);
+  const auto number = static_cast<int>(found - laws.begin()) + 1;
+  if (found == laws.end()) { laws.push_back(law); }
+  return number;
 }
 
 bool has_volume_terms(const SpringNetwork& network) {

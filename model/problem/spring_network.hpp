@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "model/problem/cell_law.hpp"
+#include "model/problem/material_law.hpp"
 
 namespace palpate {
 
@@ -22,11 +23,16 @@ template <class Real> struct SpringOf {
   Real stiffness{};    ///< k  [N/m]
   Real viscosity{};    ///< c  [N s/m]
   Real rest_length{};  ///< L0 [m]
+  int law = 0;         ///< 0: linear and elastic; n: number n - 1 of SpringNetwork::laws
 
   /// Returns the spring in another precision, between other ends.
   template <class To> [[nodiscard]] SpringOf<To> between(int to_a, int to_b) const {
-    return {to_a, to_b, static_cast<To>(stiffness), static_cast<To>(viscosity),
-            static_cast<To>(rest_length)};
+    return {to_a,
+            to_b,
+            static_cast<To>(stiffness),
+            static_cast<To>(viscosity),
+            static_cast<To>(rest_length),
+            law};
   }
 };
 using Spring = SpringOf<double>;
@@ -57,7 +63,8 @@ class SpringList {
  public:
   /// A spring relative to its node a.
   struct Bond {
-    int to = 0;  ///< b - a
+    int to = 0;   ///< b - a
+    int law = 0;  ///< as in a spring
     double stiffness = 0.0;
     double viscosity = 0.0;
     double rest_length = 0.0;
@@ -116,7 +123,7 @@ class SpringList {
   /// Returns every bond of the network, possibly several times.
   [[nodiscard]] std::span<const Bond> kinds() const { return bonds_; }
   static Spring spring_of(int node, const Bond& bond) {
-    return {node, node + bond.to, bond.stiffness, bond.viscosity, bond.rest_length};
+    return {node, node + bond.to, bond.stiffness, bond.viscosity, bond.rest_length, bond.law};
   }
   [[nodiscard]] std::size_t memory_bytes() const {
     return runs_.capacity() * sizeof(Run) + bonds_.capacity() * sizeof(Bond);
@@ -192,6 +199,7 @@ using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column p
 /// of a material with nu = 1/4 has no stiffness.
 struct VolumeCell : CellNumbers<double> {
   std::array<int, 8> nodes{};  ///< corner n is at (n & 1, n >> 1 & 1, n >> 2) of the cell
+  int law = 0;                 ///< as in a spring; stiffening has no effect on volumes
 };
 
 /// Network of point masses, springs and cells.
@@ -202,10 +210,18 @@ struct SpringNetwork {
   Eigen::VectorXd mass{};              ///< [kg]
   std::vector<std::uint8_t> fixed{};   ///< 1: the node never moves
   SpringList springs{};
+  /// Laws of springs and cells that stiffen or relax.
+  std::vector<MaterialLaw> laws{};
   /// Cells that resist changes of volume; all cells of a grid that is not a regular lattice.
   std::vector<VolumeCell> cells{};
 
   [[nodiscard]] Eigen::Index node_count() const { return rest_position.cols(); }
+  /// Returns the number of a law for springs and cells; adds the law if it is new.
+  int law_number(const MaterialLaw& law);
+  /// Returns the law of a spring with a number above 0.
+  [[nodiscard]] const MaterialLaw& law_of(const Spring& spring) const {
+    return laws[static_cast<std::size_t>(spring.law - 1)];
+  }
   [[nodiscard]] bool is_fixed(int node) const { return fixed[static_cast<std::size_t>(node)] != 0; }
   [[nodiscard]] Eigen::Vector3d initial_place(int node) const {  ///< x(0) of one node [m]
     if (initial_displacement.cols() == 0) { return rest_position.col(node); }
@@ -219,6 +235,8 @@ struct SpringNetwork {
 
 /// Returns true if a spring or a cell has viscosity.
 [[nodiscard]] bool is_damped(const SpringNetwork& network);
+/// Returns true if a spring or a cell relaxes.
+[[nodiscard]] bool relaxes(const SpringNetwork& network);
 /// Returns true if a cell resists changes of its volume.
 [[nodiscard]] bool has_volume_terms(const SpringNetwork& network);
 

@@ -31,6 +31,11 @@ class Simulation::Core {
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept = 0;
   virtual double energy() noexcept = 0;
+  /// Returns the numbers of a spring or a cell as NetworkSystem::relaxing() does.
+  [[nodiscard]] virtual int relaxing(const Spring& spring) const = 0;
+  [[nodiscard]] virtual int relaxing(const VolumeCell& cell) const = 0;
+  [[nodiscard]] virtual Relaxed relaxed_spring(int number) const noexcept = 0;
+  [[nodiscard]] virtual Relaxed relaxed_cell(int number) const noexcept = 0;
   [[nodiscard]] virtual int zero_length_springs() const noexcept = 0;
   [[nodiscard]] virtual double awake_share() const noexcept = 0;
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
@@ -48,13 +53,24 @@ class Simulation::Core {
   std::vector<Column> columns;
   std::vector<TextColumn> text_columns;
 
+ protected:
+  /// Finds what relaxes at the recorded nodes. Allocates.
+  void find_relaxing() {
+    for (Item& item : items_) {
+      for (const Spring& s : item.springs) { item.relaxing_springs.push_back(relaxing(s)); }
+      for (const VolumeCell& cell : item.cells) { item.relaxing_cells.push_back(relaxing(cell)); }
+    }
+  }
+
  private:
   struct Item {
     int node;
     RecordedQuantity quantity;
     std::vector<Spring> springs;  ///< of the node, for its force
     std::vector<int> loads;
-    std::vector<VolumeCell> cells;  ///< of the node, for its force
+    std::vector<VolumeCell> cells;        ///< of the node, for its force
+    std::vector<int> relaxing_springs{};  ///< number of each spring; see NetworkSystem::relaxing()
+    std::vector<int> relaxing_cells{};
   };
   [[nodiscard]] Eigen::Vector3d force(const Item& item) noexcept;
 
@@ -124,27 +140,38 @@ Eigen::Vector3d Simulation::Core::force(const Item& item) noexcept {
     const Load& load = network->loads()[static_cast<std::size_t>(n)];
     total += load_factor(load, t, load_gate(t, plan.h)) * load.force;
   }
-  for (const Spring& s : item.springs) {
+  for (std::size_t n = 0; n < item.springs.size(); ++n) {
+    const Spring& s = item.springs[n];
     const Eigen::Vector3d d = position(s.b) - position(s.a);
     const double length = d.norm();
     if (length < zero_length) { continue; }
     const double rate = (velocity(s.b) - velocity(s.a)).dot(d) / length;
-    const Eigen::Vector3d on_a = spring_force(law_, numbers_of<double>(s), d, length, rate);
+    Eigen::Vector3d on_a = spring_force(law_, numbers_of<double>(s), d, length, rate);
+    if (s.law > 0) {
+      const int number = item.relaxing_springs[n];
+      const Relaxed now = number >= 0 ? relaxed_spring(number) : Relaxed{};
+      const double elastic = elastic_pull(network->network().law_of(s), s, length).tension;
+      on_a = (now.share * elastic - now.held + s.viscosity * rate) / length * d;
+    }
     total += s.a == item.node ? on_a : Eigen::Vector3d(-on_a);
   }
-  for (const VolumeCell& cell : item.cells) {
+  for (std::size_t n = 0; n < item.cells.size(); ++n) {
+    const VolumeCell& cell = item.cells[n];
+    const int number = item.relaxing_cells[n];
+    const Relaxed now = number >= 0 ? relaxed_cell(number) : Relaxed{};
+    const RelaxedCell<double> relaxed{now.share, now.held};
     Corners<double> x{};
     Corners<double> rate{};
     Corners<double> on{};
-    for (std::size_t n = 0; n < 8; ++n) {
-      const Eigen::Vector3d place = position(cell.nodes[n]);
-      const Eigen::Vector3d v = velocity(cell.nodes[n]);
-      x[n] = {place.x(), place.y(), place.z()};
-      rate[n] = {v.x(), v.y(), v.z()};
+    for (std::size_t c = 0; c < 8; ++c) {
+      const Eigen::Vector3d place = position(cell.nodes[c]);
+      const Eigen::Vector3d v = velocity(cell.nodes[c]);
+      x[c] = {place.x(), place.y(), place.z()};
+      rate[c] = {v.x(), v.y(), v.z()};
     }
-    add_cell_forces<true>(CellNumbers<double>(cell), x, rate, on);
-    for (std::size_t n = 0; n < 8; ++n) {
-      if (cell.nodes[n] == item.node) { total += Eigen::Vector3d(on[n].x, on[n].y, on[n].z); }
+    add_cell_forces<true>(CellNumbers<double>(cell), x, rate, on, &relaxed);
+    for (std::size_t c = 0; c < 8; ++c) {
+      if (cell.nodes[c] == item.node) { total += Eigen::Vector3d(on[c].x, on[c].y, on[c].z); }
     }
   }
   return total;
@@ -234,6 +261,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     integrator_ = plan.integrator->template make<Real>();
     integrator_->set_tolerance(scene.simulation.solver_tolerance);
     integrator_->prepare(stepped(), state_, update_length_);
+    if (relaxes_) { network_->remember(0.0, state_.position); }  // prepare() was about a stage
+    find_relaxing();
     if (tool_) { measure_tool(); }
   }
 
@@ -247,6 +276,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
       } else {
         integrator_->step(*system_, state_, begin + n * plan.h, update_length_);
       }
+      if (relaxes_) { network_->remember(begin + (n + 1) * plan.h, state_.position); }
     }
     ++ticks;
     velocity_ = nullptr;
@@ -271,8 +301,21 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     const Vector<Real>& v = velocity_now();
     if (network_ == nullptr) { return oscillator_->energy(q, v); }
     const double energy =
-        elastic_energy_ ? network_->energy(q, v, *elastic_energy_) : network_->energy(q, v);
+        elastic_energy_ ? network_->energy(q, v, *elastic_energy_ + network_->unmeasured_energy(q))
+                        : network_->energy(q, v);
     return tool_ ? energy + tool_->contact.stored_energy() : energy;
+  }
+  [[nodiscard]] int relaxing(const Spring& spring) const override {
+    return network_->relaxing(spring);
+  }
+  [[nodiscard]] int relaxing(const VolumeCell& cell) const override {
+    return network_->relaxing(cell);
+  }
+  [[nodiscard]] Relaxed relaxed_spring(int number) const noexcept override {
+    return network_->relaxed_spring(number);
+  }
+  [[nodiscard]] Relaxed relaxed_cell(int number) const noexcept override {
+    return network_->relaxed_cell(number);
   }
   [[nodiscard]] int zero_length_springs() const noexcept override {
     return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
@@ -309,6 +352,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     network_ = made.get();
     system_ = std::move(made);
     spring_count = network_->spring_count();
+    relaxes_ = relaxes(network->network());
     state_ = {network_->initial_position(), network_->initial_velocity()};
     if (!scene.needle && !scene.probe) { return; }
     tool_ = std::make_unique<Tool>(scene, *network, *network_, plan.tip);
@@ -386,6 +430,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   std::unique_ptr<Integrator<Real>> integrator_;
   State<Real> state_;
   bool audit_ = false;
+  bool relaxes_ = false;
   const Vector<Real>* velocity_ = nullptr;  ///< at the current time, if already requested
   std::optional<double> elastic_energy_;    ///< at the current time, if already requested [J]
   double update_length_ = 0.0;              ///< h, or 1 if the printed form omits the time step

@@ -436,8 +436,12 @@ SpectralBounds spectral_bounds(const NetworkProblem& problem) {
   SpectralBounds bounds;
   const Extreme stiffness = stiffness_extreme(problem);
   const Extreme damping = largest_eigenvalue(problem, MatrixKind::damping);
+  double slope = 1.0;  // springs that stiffen are at most that much stiffer than at rest
+  for (const MaterialLaw& law : problem.network().laws) {
+    slope = std::max(slope, law.largest_slope());
+  }
   bounds.omega_estimate = std::sqrt(stiffness.estimate);
-  bounds.omega_upper = std::sqrt(stiffness.upper);
+  bounds.omega_upper = std::sqrt(slope * stiffness.upper);
   bounds.damping_upper = damping.upper;
   bounds.relaxation_lower = std::numeric_limits<double>::infinity();
   for (const SpringList::Bond& bond : problem.network().springs.kinds()) {

@@ -196,6 +196,9 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
   for (auto& [skipped, text] : std::initializer_list<std::pair<bool, std::string>>{
            {!is_damped(network), "dampers: springs and cells have no viscosity"},
            {!has_volume_terms(network), "cell volumes: Poisson's ratio is 1/4 everywhere"},
+           {std::ranges::none_of(network.laws, &MaterialLaw::stiffens),
+            "stiffening: every material is linear"},
+           {!relaxes(network), "relaxation: no material has it"},
            {springs > 0, "springs between fixed nodes: " + std::to_string(springs)},
            {nodes > 0, "stepping of fixed nodes: " + std::to_string(nodes)},
            {scene.tissue.gravity.isZero(), "gravity: zero"},
@@ -285,6 +288,13 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     plan.warnings.push_back("the grid is softer under the tool than the continuum, by up to " +
                             number(100.0 * tip.excess) + " %, which is not corrected");
   }
+  const bool stiffens = std::ranges::any_of(
+      path.intervals(), [](const PathInterval& interval) { return interval.law.stiffens(); });
+  if (stiffens && !plan.tip.value.empty()) {
+    plan.warnings.emplace_back(
+        "tissue under the tool stiffens, but the compliance of the contact below the size of a "
+        "cell is linear: the force of a dent depends on the spacing");
+  }
   if (plan.tip.value.empty()) {
     plan.skipped.emplace_back(
         "compliance of the contact: the grid resolves the tool, or its "
@@ -353,11 +363,13 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool law_as_printed = SpringLaw::is_printed(printed);
   std::optional<LatticeShape> shape;
   const bool cells = has_volume_terms(network->network());
-  if (!plan.integrator->implicit && !law_as_printed && !plan.far && !cells) {
+  const bool laws = !network->network().laws.empty();
+  if (!plan.integrator->implicit && !law_as_printed && !plan.far && !cells && !laws) {
     shape = network->network().springs.lattice();
   }
   plan.lattice = shape.has_value();
   plan.kernel = kernel_name(plan.lattice, law_as_printed, damped || !skip, single);
+  if (laws) { plan.kernel += "-laws"; }
   if (cells) { plan.kernel += "-cells"; }
   if (plan.far) { plan.kernel += "-far-field"; }
   choose_sleep(scene, *network, plan);

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "model/kernels/relaxation.hpp"
 #include "model/kernels/system.hpp"
 #include "model/problem/needle_path.hpp"
 #include "model/problem/problem.hpp"
@@ -130,6 +131,12 @@ template <class Real> class ToolContact : public ToolState {
     across_[0] = n_.unitOrthogonal();
     across_[1] = n_.cross(across_[0]);
     shaft_share_.assign(knots_.size(), 0.0);
+    if (!compliance_.value.empty()) {
+      relaxation_.resize(path_.intervals().size());
+      for (std::size_t n = 0; n < relaxation_.size(); ++n) {
+        relaxation_[n].add(path_.intervals()[n].law, 1);
+      }
+    }
     place_ = place_begin_ = handle_place_ = drive_.from;
     depth_ = cut_ = knots_.front().depth;
   }
@@ -169,6 +176,7 @@ template <class Real> class ToolContact : public ToolState {
     const bool changed = !is_coordinate() && follow(t, h, state);
     if (predict && in_tissue()) {
       gather(state.position, state.velocity);
+      relax_to(theta * h);
       weigh();
       lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
       if (softness_ > 0.0) {
@@ -184,6 +192,7 @@ template <class Real> class ToolContact : public ToolState {
   void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept {
     gather(q, v);
     place_tool(t, q, v);
+    relax_to(t - step_begin_);
     weigh();
     for (Knot& knot : knots_) {
       Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
@@ -323,6 +332,7 @@ template <class Real> class ToolContact : public ToolState {
     account(t - step_begin_);
     meet_bone(t, state);
     change_modes(t, held);
+    remember_contact();
     if (in_tissue()) {
       match_positions(state);
       match_velocities(state);
@@ -466,7 +476,7 @@ template <class Real> class ToolContact : public ToolState {
   /// Returns the distance by which a sticking tip presses the tissue that the grid does not resolve
   /// [m].
   [[nodiscard]] double gap() const noexcept {
-    return place_ - cut_ - between_knots(at_, &Knot::displacement);
+    return place_ - cut_ - between_knots(at_, &Knot::displacement) - crept_;
   }
   [[nodiscard]] double gap_at_cut() const noexcept {
     return place_ - cut_ - between_knots(path_.place(cut_), &Knot::displacement);
@@ -490,10 +500,47 @@ template <class Real> class ToolContact : public ToolState {
   }
   /// Returns true if the tip moves with the tissue, without compliance between them.
   [[nodiscard]] bool tip_is_rigid() const noexcept { return contact_.tip_held && softness_ == 0.0; }
+  [[nodiscard]] bool relaxes() const noexcept {
+    return softness_ > 0.0 && !relaxation_.empty() && contact_relaxation().active();
+  }
+  [[nodiscard]] const Relaxation<double>& contact_relaxation() const noexcept {
+    return relaxation_[path_.interval_at(cut_)];
+  }
+  /// Prepares the relaxation of the contact for a stage `s` seconds after the begin of a step.
+  void relax_to(double s) noexcept {
+    if (tip_ == TipMode::stuck && relaxes()) { relaxation_[path_.interval_at(cut_)].at(s); }
+  }
+  /// Remembers the state at the end of a step. A tip that cuts enters tissue that was not loaded
+  /// before.
+  void remember_contact() noexcept {
+    if (!relaxes()) { return; }
+    Relaxation<double>& relaxation = relaxation_[path_.interval_at(cut_)];
+    const double softness = compliance_.at(depth_);
+    if (tip_ != TipMode::stuck) {
+      const double force = pressing_force();
+      relaxation.restart(&force);
+      return;
+    }
+    crept_ = 0.0;
+    const double elastic = std::max(0.0, gap() / softness);
+    relaxation.at(step_length_);
+    relaxation.remember(&elastic);
+    soften();
+  }
+  /// Computes the compliance at the current depth, and what relaxation makes of it.
+  void soften() noexcept {
+    softness_ = compliance_.at(depth_);
+    crept_ = 0.0;
+    if (tip_ == TipMode::stuck && relaxes()) {
+      const Relaxed now = contact_relaxation().of(0);
+      softness_ /= now.share;
+      crept_ = softness_ * now.held;
+    }
+  }
   /// Computes shares and Gram entries at the current depth.
   void weigh() noexcept {
     at_ = path_.place(depth_);
-    softness_ = compliance_.at(depth_);
+    soften();
     limit_ = needle_ && in_tissue() ? path_.friction(depth_, shaft_share_) : 0.0;
     if (limit_ > 0.0) {
       for (double& share : shaft_share_) { share /= limit_; }
@@ -956,8 +1003,10 @@ template <class Real> class ToolContact : public ToolState {
   NeedlePath::Place at_{};             ///< position of the tip between the contact points
   Contact contact_{};
   double softness_ = 0.0;  ///< compliance at the tip's depth [m/N]
-  double pressed_ = 0.0;   ///< energy of that tissue [J]
-  double theta_ = 0.0;     ///< of an implicit scheme; 0 for an explicit one
+  double crept_ = 0.0;     ///< part of the gap that relaxation leaves without force [m]
+  std::vector<Relaxation<double>> relaxation_{};  ///< of that tissue, for each interval
+  double pressed_ = 0.0;                          ///< energy of that tissue [J]
+  double theta_ = 0.0;                            ///< of an implicit scheme; 0 for an explicit one
 
   ShaftMode shaft_ = ShaftMode::stick;
   bool at_bone_ = false;

@@ -72,20 +72,42 @@ void for_each_bond(const GridCount& count, int l, int connectivity, NodeAt node_
   });
 }
 
-/// Adds a spring with the stiffness and damping of a sum over cells.
-void add_spring(int node, int neighbour, const BondSum& bond, double rest, SpringNetwork& network) {
-  if (bond.stiffness <= 0.0) { return; }
-  network.springs.push_back({node, neighbour, bond.stiffness,
-                             bond.viscosity(network.mass(node), network.mass(neighbour)), rest});
-}
+/// Sums over the cells of a bond, one for each law: materials with different laws make springs
+/// beside each other.
+class BondSums {
+ public:
+  BondSum& of(int law) {
+    const auto index = static_cast<std::size_t>(law);
+    if (index >= sums_.size()) { sums_.resize(index + 1); }
+    return sums_[index];
+  }
+  /// Adds the springs to the network and clears the sums.
+  void add_springs(int node, int neighbour, double rest, SpringNetwork& network) {
+    int law = 0;
+    for (BondSum& bond : sums_) {
+      if (bond.stiffness > 0.0) {
+        network.springs.push_back({node, neighbour, bond.stiffness,
+                                   bond.viscosity(network.mass(node), network.mass(neighbour)),
+                                   rest, law});
+      }
+      bond = {};
+      ++law;
+    }
+  }
 
-VolumeCell cell_of(const std::array<int, 8>& nodes, const CellMaterial& material, double volume) {
+ private:
+  std::vector<BondSum> sums_{};
+};
+
+VolumeCell cell_of(const std::array<int, 8>& nodes, const CellMaterial& material, double volume,
+                   int law) {
   const double modulus = material.volume_modulus();
   return {{.stiffness = modulus,
            .viscosity = modulus * material.retardation_time.value_or(0.0),
            .collapse = modulus > 0.0 ? 1.2 * material.spring_modulus() : 0.0,
            .volume = volume},
-          nodes};
+          nodes,
+          law};
 }
 
 /// Materials of the cells of three layers: those around a layer of nodes, and those below, which
@@ -96,9 +118,11 @@ class CellLayers {
     CellMaterial material{};
     /// Share of a cell in an edge, a face diagonal and a body diagonal [N/m].
     std::array<double, 3> share{};
+    int law = 0;
   };
   using Ask = std::function<CellMaterial(int, int, int)>;
-  CellLayers(const LatticeShape& shape, const Ask& cell) : shape_(shape), cell_(cell) {
+  CellLayers(const LatticeShape& shape, const Ask& cell, SpringNetwork& network)
+      : shape_(shape), cell_(cell), network_(network) {
     for (auto& layer : layers_) { layer.resize(grid_index(cells_of(shape.nodes), 0, 0, 1)); }
   }
   void ask(int l) {
@@ -106,7 +130,9 @@ class CellLayers {
       const CellMaterial material = cell_(i, j, l);
       const BondStiffness k =
           bond_stiffness(material.spring_modulus(), shape_.spacing, shape_.connectivity);
-      at(i, j, l) = {material, {k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal}};
+      at(i, j, l) = {material,
+                     {k.edge / 4.0, k.face_diagonal / 2.0, k.body_diagonal},
+                     network_.law_number(material.law)};
     });
   }
   Cell& at(int i, int j, int l) {
@@ -116,6 +142,7 @@ class CellLayers {
  private:
   const LatticeShape& shape_;
   const Ask& cell_;
+  SpringNetwork& network_;
   std::array<std::vector<Cell>, 3> layers_{};
 };
 
@@ -184,6 +211,10 @@ void MaterialMean::add(double part, const CellMaterial& material) {
   viscous_ += material.viscosity ? part : 0.0;
   has_time_ = has_time_ || material.retardation_time;
   retarded_ += part * material.spring_modulus() * material.retardation_time.value_or(0.0);
+  if (part * material.spring_modulus() > strongest_) {
+    strongest_ = part * material.spring_modulus();
+    law_ = material.law;
+  }
 }
 
 CellMaterial MaterialMean::mean() const {
@@ -193,6 +224,7 @@ CellMaterial MaterialMean::mean() const {
     mean.damping_ratio /= parts_;
   }
   mean.set_moduli(spring_ / parts_, volume_ / parts_);
+  mean.law = law_;
   if (viscous_ > 0.5 * parts_) { mean.viscosity = viscosity_ / viscous_; }
   if (has_time_) { mean.retardation_time = spring_ > 0.0 ? retarded_ / spring_ : 0.0; }
   return mean;
@@ -228,13 +260,14 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
   const double volume = shape.spacing * shape.spacing * shape.spacing;
   const auto directions = bond_directions(shape.connectivity);
   const auto node_at = [&](int i, int j, int l) { return shape.index(i, j, l); };
-  CellLayers cells(shape, cell);
+  CellLayers cells(shape, cell, network);
   const auto add_cells = [&](int l) {
     for_each_column(cells_of(shape.nodes), [&](int i, int j) {
       std::array<int, 8> corners{};
       auto next = corners.begin();
       for_each_corner(i, j, l, [&](int b, int c, int d) { *next++ = node_at(b, c, d); });
-      const VolumeCell made = cell_of(corners, cells.at(i, j, l).material, volume);
+      const CellLayers::Cell& one = cells.at(i, j, l);
+      const VolumeCell made = cell_of(corners, one.material, volume, one.law);
       if (made.stiffness > 0.0) { network.cells.push_back(made); }
     });
   };
@@ -245,6 +278,7 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
       });
     });
   };
+  BondSums bonds;
   cells.ask(0);
   add_cells(0);
   add_masses(0);
@@ -256,13 +290,12 @@ SpringNetwork cell_lattice(const LatticeShape& shape,
     if (l + 1 < shape.nodes[2]) { add_masses(l + 1); }
     for_each_bond(shape.nodes, l, shape.connectivity, node_at,
                   [&](const std::array<int, 3>& at, int node, std::size_t d, int neighbour) {
-                    BondSum bond;
                     const auto kind = static_cast<std::size_t>(axes_spanned(directions[d]) - 1);
                     for_each_cell_around(shape.nodes, at, directions[d], [&](int i, int j, int k) {
                       const CellLayers::Cell& one = cells.at(i, j, k);
-                      bond.add(one.share[kind], one.material);
+                      bonds.of(one.law).add(one.share[kind], one.material);
                     });
-                    add_spring(node, neighbour, bond, shape.bond_length(directions[d]), network);
+                    bonds.add_springs(node, neighbour, shape.bond_length(directions[d]), network);
                   });
   }
   return network;
@@ -317,9 +350,12 @@ SpringNetwork grid_network(
       const CellMaterial* material = cell(i, j, l, corner, corner);
       if (material != nullptr) { mean.add(1.0, *material); }
     }
-    if (mean.parts() > 0.0) { network.cells.push_back(cell_of(corners, mean.mean(), volume)); }
+    if (mean.parts() == 0.0) { return; }
+    const CellMaterial material = mean.mean();
+    network.cells.push_back(cell_of(corners, material, volume, network.law_number(material.law)));
   });
-  const BoxBonds bonds = box_bonds(nodes.spacing, connectivity);
+  const BoxBonds box = box_bonds(nodes.spacing, connectivity);
+  BondSums bonds;
   const auto directions = bond_directions(connectivity);
   for (int layer = 0; layer < nodes.count[2]; ++layer) {
     for_each_bond(
@@ -327,14 +363,15 @@ SpringNetwork grid_network(
         [&](const std::array<int, 3>& at, int node, std::size_t d, int neighbour) {
           const auto& step = directions[d];
           const int axes = axes_spanned(step);
-          const double share = bonds.stiffness[d] / (axes == 1 ? 4.0 : axes == 2 ? 2.0 : 1.0);
-          BondSum bond;
+          const double share = box.stiffness[d] / (axes == 1 ? 4.0 : axes == 2 ? 2.0 : 1.0);
           for_each_cell_around(nodes.count, at, step, [&](int i, int j, int l) {
             const CellMaterial* material = cell(i, j, l, node, neighbour);
-            if (material != nullptr) { bond.add(share * material->spring_modulus(), *material); }
+            if (material == nullptr) { return; }
+            bonds.of(network.law_number(material->law))
+                .add(share * material->spring_modulus(), *material);
           });
           const Eigen::Vector3d offset(step[0], step[1], step[2]);
-          add_spring(node, neighbour, bond, nodes.spacing.cwiseProduct(offset).norm(), network);
+          bonds.add_springs(node, neighbour, nodes.spacing.cwiseProduct(offset).norm(), network);
         });
   }
   return network;

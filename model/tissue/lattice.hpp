@@ -25,6 +25,7 @@ struct CellMaterial {
   double poissons_ratio = 0.25;       ///< nu [1]
   /// tau [s], overrides damping_ratio.
   std::optional<double> retardation_time{};
+  MaterialLaw law{};  ///< stiffening and relaxation
 
   /// Returns the Young's modulus of the springs, 5/2 mu [Pa]: their nu is 1/4.
   [[nodiscard]] double spring_modulus() const {
@@ -51,12 +52,15 @@ class MaterialMean {
   double spring_ = 0.0;
   double volume_ = 0.0;
   double viscosity_ = 0.0;
-  double viscous_ = 0.0;   ///< part with a viscosity per spring
-  double retarded_ = 0.0;  ///< sum of modulus times tau
+  double viscous_ = 0.0;    ///< part with a viscosity per spring
+  double retarded_ = 0.0;   ///< sum of modulus times tau
+  double strongest_ = 0.0;  ///< largest part of the spring modulus; its law is that of the mean
+  MaterialLaw law_{};
   bool has_time_ = false;
 };
 
-/// Sum over the cells of a bond; damping is their mean weighted by stiffness.
+/// Sum over the cells of a bond whose materials have one law; damping is their mean weighted by
+/// stiffness.
 struct BondSum {
   double stiffness = 0.0;
   double damping_ratio_sum = 0.0;  ///< weighted by stiffness

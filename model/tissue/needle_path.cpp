@@ -163,7 +163,8 @@ PathInterval interval_in(const Material& material, std::string label, double beg
           .role = role,
           .label = std::move(label),
           .youngs_modulus = material.youngs_modulus,
-          .poissons_ratio = material.poissons_ratio};
+          .poissons_ratio = material.poissons_ratio,
+          .law = law_of(material)};
 }
 
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
@@ -336,9 +337,9 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
   for (Support& s : supports) { s.weight /= total; }
   depth /= total;
   add_knot(depth, supports);
-  intervals_ = {{.begin = depth,
-                 .cutting_force = infinity,
-                 .label = intervals_along(scene, origin_, direction_, depth).front().label}};
+  const PathInterval first = intervals_along(scene, origin_, direction_, depth).front();
+  intervals_ = {
+      {.begin = depth, .cutting_force = infinity, .label = first.label, .law = first.law}};
 }
 
 NeedlePath::NeedlePath(const Scene& scene, const SpringNetwork& network) {

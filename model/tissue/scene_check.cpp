@@ -259,6 +259,7 @@ class Checker : private Rules {
     RangeCheck ranges(*this, "");
     fields(ranges, scene_);
     check_simulation();
+    check_material_laws();
     check_source();
     check_loads();
     check_records();
@@ -289,6 +290,44 @@ class Checker : private Rules {
               !s.printed.half_force),
          "simulation.equations",
          "errata of the network's springs have no meaning for an oscillator");
+  }
+
+  void check_material_laws() {
+    bool any = false;
+    for (std::size_t n = 0; n < scene_.materials.size(); ++n) {
+      const Material& material = scene_.materials[n];
+      const MaterialLaw law = law_of(material);
+      any = any || !law.is_linear_elastic();
+      if (const std::optional<Stiffening>& s = material.stiffening) {
+        const bool exponential = s->law == Stiffening::Law::exponential;
+        const auto key = [&](const char* name) {
+          return at("material", n, std::string("stiffening.") + name);
+        };
+        const auto unused = [&](double value, const char* name, const char* other) {
+          must(value == 0.0, key(name),
+               number_in_words(value) + "; must be left out with law = \"" + other + "\"");
+        };
+        if (exponential) {
+          unused(s->quadratic, "quadratic", "exponential");
+          unused(s->cubic, "cubic", "exponential");
+        } else {
+          unused(s->rate, "rate", "polynomial");
+        }
+        must(law.stiffens(), key(exponential ? "rate" : "quadratic"),
+             exponential ? "0; must be > 0" : "0, as is cubic; one of them must be > 0");
+      }
+      must(material.relaxation.size() <= most_branches, at("material", n, "relaxation"),
+           std::to_string(material.relaxation.size()) + " branches; at most " +
+               std::to_string(most_branches));
+      must(law.lasting_share() > 0.0, at("material", n, "relaxation"),
+           "shares of " + number_in_words(1.0 - law.lasting_share()) +
+               " in all; must be < 1, so that some stiffness lasts");
+    }
+    const PrintedForm& p = scene_.simulation.printed;
+    must(!any || !(p.sign || p.reversed || p.direction || p.half_force || p.lagged_velocity),
+         "simulation.equations",
+         "a printed form of the spring force; materials with stiffening or relaxation need the "
+         "corrected one");
   }
 
   void check_source() {

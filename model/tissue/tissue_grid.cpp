@@ -273,8 +273,8 @@ const Material& material_named(const Scene& scene, std::string_view name) {
 bool is_bone(const Material& material) { return role_of(material) == TissueRole::bone; }
 
 CellMaterial cell_of(const Material& m) {
-  return {m.youngs_modulus, m.density,        m.damping_ratio,
-          m.viscosity,      m.poissons_ratio, m.retardation_time};
+  return {m.youngs_modulus, m.density,          m.damping_ratio, m.viscosity,
+          m.poissons_ratio, m.retardation_time, law_of(m)};
 }
 
 /// Calls visit(material, upper end, lower end); the last layer is unbounded.

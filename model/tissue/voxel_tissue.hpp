@@ -111,7 +111,7 @@ class VoxelMaterials {
     }
     names_.push_back(name);
     cells_.push_back({found->youngs_modulus, found->density, found->damping_ratio, found->viscosity,
-                      found->poissons_ratio, found->retardation_time});
+                      found->poissons_ratio, found->retardation_time, law_of(*found)});
     bone_.push_back(role_of(*found) == TissueRole::bone);
     return static_cast<std::uint16_t>(names_.size());
   }

@@ -651,6 +651,65 @@ Contender contender(const SkippedThing& what, bool skip, std::unique_ptr<Simulat
           .end = [&simulation] { simulation.reset(); }};
 }
 
+/// A cube of one material that has only some of the optional terms.
+SkippedThing cube_of(std::string name, Material material) {
+  Scene scene = whole_scene();
+  scene.tissue.gravity.setZero();
+  material.name = "tissue";
+  material.youngs_modulus = 5e3;
+  scene.materials = {std::move(material)};
+  scene.tissue.lattice.weights = LatticeWeights::cell;
+  scene.tissue.lattice.material = "tissue";
+  SkippedThing made = thing(std::move(name), scene, false);
+  for (double& mass : made.network.mass) { mass = 1e-2; }  // every term is stable with one substep
+  return made;
+}
+
+/// Cost of the optional terms of a material, each beside springs alone.
+void time_terms(Outcome& outcome) {
+  const Material plain{.retardation_time = 1e-4};
+  Material compressed = plain;
+  compressed.poissons_ratio = 0.45;
+  Material exponential = plain;
+  exponential.stiffening = Stiffening{.rate = 8.0};
+  Material polynomial = plain;
+  polynomial.stiffening =
+      Stiffening{.law = Stiffening::Law::polynomial, .quadratic = 4.0, .cubic = 40.0};
+  Material one = plain;
+  one.relaxation = {{0.3, 1.0}};
+  Material three = plain;
+  three.relaxation = {{0.2, 0.1}, {0.2, 1.0}, {0.1, 10.0}};
+  Material all = three;
+  all.poissons_ratio = 0.45;
+  all.stiffening = exponential.stiffening;
+  std::vector<SkippedThing> cubes{cube_of("springs of a lattice", plain),
+                                  cube_of("springs of a list", plain),
+                                  cube_of("cell volumes, nu = 0.45", compressed),
+                                  cube_of("stiffening, exponential", exponential),
+                                  cube_of("stiffening, polynomial", polynomial),
+                                  cube_of("relaxation, one branch", one),
+                                  cube_of("relaxation, three branches", three),
+                                  cube_of("all: nu, exponential, three branches", all)};
+  break_lattice(cubes[1].network);
+  std::vector<std::unique_ptr<Simulation>> simulations(cubes.size());
+  std::vector<Contender> contenders;
+  for (std::size_t n = 0; n < cubes.size(); ++n) {
+    contenders.push_back(contender(cubes[n], true, simulations[n]));
+  }
+  const std::vector<Timed> timed = time_interleaved(contenders, {.rounds = 5, .batch = 0.0});
+  Table& table = outcome.table(
+      "terms", "What the terms of a material cost",
+      "The same cube with weights from a material, as above: nanoseconds per cell and step. A "
+      "scene computes only the terms that one of its materials has.",
+      {"terms", "per cell and step (ns)", "over springs of a list (1)"});
+  table.timing = true;
+  const double cells = std::pow(nodes_a_side - 1.0, 3) * static_cast<double>(ticks);
+  for (std::size_t n = 0; n < cubes.size(); ++n) {
+    table.rows.push_back(
+        {cubes[n].name, 1e9 * timed[n].least / cells, timed[n].least / timed[1].least});
+  }
+}
+
 void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
   Table& table = outcome.table(
       "skips", "What is left out",
@@ -671,6 +730,7 @@ void measure_skips(const CaseContext& /*context*/, Outcome& outcome) {
     worst = std::min(worst, worth);
     table.rows.push_back({what.name, scale * timed[0].least, scale * timed[1].least, worth});
   }
+  time_terms(outcome);
   outcome.judge_at_least(
       "least_worth", worst, 0.9,
       "wanted: leaving something out never costs time; a tenth is noise of this comparison");

@@ -619,10 +619,114 @@ void measure_retardation(const CaseContext& context, Outcome& outcome) {
   }
 }
 
+/// A spring between a fixed and a very heavy node, whose strain is held or grows steadily.
+void judge_prony(const CaseContext& context, bool held, const MaterialLaw& law,
+                 const std::string& integrator, Figure& figure, Outcome& outcome) {
+  constexpr double stiffness = 50.0;
+  constexpr double rest = 0.02;
+  constexpr double strain = 0.2;
+  SpringNetwork network;
+  network.rest_position = NodeVectors::Zero(3, 2);
+  network.rest_position(0, 1) = rest;
+  network.mass = VectorXd::Constant(2, 1e15);
+  network.fixed = {1, 0};
+  network.springs = {{0, 1, stiffness, 0.0, rest, network.law_number(law)}};
+  network.initial_displacement = NodeVectors::Zero(3, 2);
+  network.initial_velocity = NodeVectors::Zero(3, 2);
+  (held ? network.initial_displacement : network.initial_velocity)(0, 1) = strain * rest;
+  Scene scene = scene_of(integrator, 0.01, 2.0, 2);
+  scene.records = {{.name = "wall", .where = 0, .quantities = {RecordedQuantity::force}}};
+  const Trace trace = roll_out(context, scene, &network, {});
+  const std::vector<double>& force = trace.values("wall.fx_n");
+  Series points{.label = (held ? "held, " : "steady, ") + integrator,
+                .style = Series::Style::points};
+  Series exact{.label = std::string(held ? "held" : "steady") + ", closed form"};
+  Largest error;
+  for (std::size_t n = 0; n < force.size(); ++n) {
+    const double t = trace.time[n];
+    // Held: k L0 e (1 - sum of g (1 - exp(-t / tau))). Strain e t: the integral of that.
+    double expected = held ? 1.0 : t;
+    for (const RelaxationBranch& b : law.branches) {
+      const double gone = 1.0 - std::exp(-t / b.time);
+      expected -= b.share * (held ? gone : t - b.time * gone);
+    }
+    expected *= stiffness * rest * strain;
+    if (n % 5 == 0) { exact.add(t, expected); }
+    if (n % 20 == 0) { points.add(t, force[n]); }
+    if (expected > 0.0) { error.add(std::abs(force[n] / expected - 1.0)); }
+  }
+  figure.series.push_back(std::move(exact));
+  figure.series.push_back(std::move(points));
+  outcome.judge_at_most((held ? "held_strain_" : "steady_strain_") + integrator, error.value(),
+                        1e-8,
+                        "theory: a Prony series is integrated exactly for a strain that is linear "
+                        "in time");
+}
+
+/// A block of two materials against equations of motion that share no code with the model.
+void judge_laws(const CaseContext& context, const std::string& name,
+                const std::array<MaterialLaw, 2>& laws, Outcome& outcome) {
+  const Block block{};
+  SpringNetwork network = cell_lattice(block.shape(), [&](int, int, int l) {
+    CellMaterial material{.youngs_modulus = block.youngs_modulus, .density = block.density};
+    material.poissons_ratio = l < 1 ? 0.4 : 0.25;
+    material.retardation_time = 5e-4;
+    material.law = laws[l < 1 ? 0 : 1];
+    return material;
+  });
+  hold(network, Face::z_max);
+  displace(network, 0.2 * block.spacing);
+  const double end = context.quick ? 0.02 : 0.05;
+  const auto run = [&](int substeps) {
+    return roll_out(context, scene_of("rk4", 1e-3, end, substeps), &network, {.position = true});
+  };
+  const Trace coarse = run(context.quick ? 4 : 8);
+  const Trace fine = run(context.quick ? 8 : 16);
+  const Trace truth =
+      reference::solve_long_double(NetworkProblem(network), fine.time, {.relative = 1e-10});
+  const double step_error = distance(coarse, fine).maximum;
+  outcome.judge_at_most(name + "_error_over_step_halving",
+                        distance(fine, truth).maximum / step_error, 0.4,
+                        "theory: 1 / (2^p - 1) = 1/3 or less of what halving the step changes, for "
+                        "order p >= 2");
+  outcome.judge_at_most(name + "_step_halving", step_error, 1e-3,
+                        "so small that an error of 1 % in a law stands out");
+}
+
+void measure_laws(const CaseContext& context, Outcome& outcome) {
+  const MaterialLaw exponential{.stiffening = {.rate = 8.0}};
+  const MaterialLaw polynomial{
+      .stiffening = {.law = Stiffening::Law::polynomial, .quadratic = 4.0, .cubic = 40.0}};
+  judge_laws(context, "stiffening", {exponential, polynomial}, outcome);
+}
+
+void measure_relaxation(const CaseContext& context, Outcome& outcome) {
+  Figure& figure =
+      outcome.plot("relaxation", "Force of a relaxing spring",
+                   "Held at a strain, and stretched steadily; the lines are the closed forms.",
+                   {"time (s)"}, {"force (N)"});
+  const MaterialLaw prony{.branches = {{0.3, 0.05}, {0.2, 0.4}, {0.1, 3.0}}};
+  for (const char* integrator : {"implicit-euler", "velocity-verlet"}) {
+    for (const bool held : {true, false}) {
+      judge_prony(context, held, prony, integrator, figure, outcome);
+    }
+  }
+  const MaterialLaw both{.stiffening = {.rate = 8.0}, .branches = {{0.3, 0.004}, {0.2, 0.1}}};
+  judge_laws(context, "relaxing", {prony, both}, outcome);
+}
+
 }  // namespace
 
 std::vector<Case> elasticity_cases() {
   std::vector<Case> cases{
+      {"network/stiffening", "accuracy",
+       "A block whose springs stiffen exponentially and by a polynomial moves as equations of its "
+       "own in long double say.",
+       measure_laws, 1.0},
+      {"network/relaxation", "accuracy",
+       "Springs relax as their Prony series says under held and steady strain, and a relaxing "
+       "block moves as equations of its own in long double say.",
+       measure_relaxation, 1.0},
       {"network/poisson", "accuracy",
        "Blocks with Poisson's ratios from 0.25 to 0.49 have their Young's modulus, Poisson's ratio "
        "and elastic constants under traction and affine strain.",

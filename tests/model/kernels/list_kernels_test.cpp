@@ -270,6 +270,7 @@ template <class Real> SpringSet<Real> some_springs(int spacing = 3) {
                                  number(),
                                  number(),
                                  number(),
+                                 0,
                                  {number(), -number(), number()}});
     }
   }
@@ -415,7 +416,7 @@ TEST("a spring without length exerts no force, and only nodes that are not finit
     SpringSet<double> anchored;
     for (const int n : {0, 1}) {
       anchored.anchors.push_back(
-          {3 * n, 6 + 3 * n, 1.0, 0.0, 0.5, {n == lost ? nan : 1.0, 0.0, 0.0}});
+          {3 * n, 6 + 3 * n, 1.0, 0.0, 0.5, 0, {n == lost ? nan : 1.0, 0.0, 0.0}});
     }
     AdjacencySprings<double> held;
     held.take(anchored, true, 3);

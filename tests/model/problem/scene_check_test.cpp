@@ -129,6 +129,8 @@ Scene scene_of_all_tables() {
   Scene scene = good_scene();
   scene.tissue.layers = {{"fat", "fat", 0.01}};
   scene.tissue.inclusions = {{.size = {0.01, 0.01, 0.01}, .material = "fat"}};
+  scene.materials[0].stiffening = Stiffening{.rate = 1.0};
+  scene.materials[0].relaxation = {{0.1, 1.0}};
   scene.needle = Needle{};
   scene.probe = Probe{.map = PalpationGrid{}};
   scene.drive = Drive{};

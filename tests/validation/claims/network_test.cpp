@@ -34,6 +34,17 @@ TEST("every fault planted in a network fails the cases that measure its effect")
                            n.springs.change_each([](Spring& s) { s.viscosity *= 1.02; });
                            for (VolumeCell& cell : n.cells) { cell.viscosity *= 1.02; }
                          }};
+  const Mutation softening{.name = "stiffening -1 %", .model = [](Scene&, SpringNetwork& n) {
+                             for (MaterialLaw& law : n.laws) {
+                               law.stiffening.rate *= 0.99;
+                               law.stiffening.cubic *= 0.99;
+                             }
+                           }};
+  const Mutation slow{.name = "relaxation time +1 %", .model = [](Scene&, SpringNetwork& n) {
+                        for (MaterialLaw& law : n.laws) {
+                          for (RelaxationBranch& b : law.branches) { b.time *= 1.01; }
+                        }
+                      }};
   check_red("network/",
             {{missing_spring(),
               {"patch-test", "chain-frequencies", "kernels", "lattice-kernels", "manufactured",
@@ -61,6 +72,8 @@ TEST("every fault planted in a network fails the cases that measure its effect")
                "heavy-nodes"}},
              {squeezable, {"poisson"}},
              {viscous, {"retardation"}},
+             {softening, {"stiffening", "relaxation"}},
+             {slow, {"relaxation"}},
              {rounded, {"skip", "invariance"}}});
 }
 
