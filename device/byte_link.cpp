@@ -41,6 +41,20 @@ Descriptor open_terminal(const std::string& path) {
   return terminal;
 }
 
+Descriptor open_master() {
+  Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
+  const bool made =
+      master.number() >= 0 && ::grantpt(master.number()) == 0 && ::unlockpt(master.number()) == 0;
+  if (!made) { fail("a pseudo-terminal"); }
+  return master;
+}
+
+std::string path_of_slave(int master) {
+  std::array<char, 128> path{};
+  if (::ptsname_r(master, path.data(), path.size()) != 0) { fail("a pseudo-terminal"); }
+  return path.data();
+}
+
 }  // namespace
 
 Descriptor::Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
@@ -90,34 +104,15 @@ bool DescriptorLink::write(std::span<const std::uint8_t> bytes) noexcept {
   return true;
 }
 
-PtyLink::Ends PtyLink::open_ends() {
-  Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK));
-  const bool made =
-      master.number() >= 0 && ::grantpt(master.number()) == 0 && ::unlockpt(master.number()) == 0;
-  std::array<char, 128> path{};
-  if (!made || ::ptsname_r(master.number(), path.data(), path.size()) != 0) {
-    fail("a pseudo-terminal");
-  }
-  return {std::move(master), open_terminal(path.data()), path.data()};
-}
-
-PtyLink::PtyLink() : PtyLink(open_ends()) {}
-
-PtyLink::PtyLink(Ends ends) noexcept
-    : DescriptorLink(ends.master.number(), ends.master.number()),
-      master_(std::move(ends.master)),
-      slave_(std::move(ends.slave)),
-      path_(std::move(ends.path)) {}
+PtyLink::PtyLink()
+    : DescriptorLink(open_master()), path_(path_of_slave(in())), slave_(open_terminal(path_)) {}
 
 std::size_t PtyLink::unread_bytes() const noexcept {
   int count = 0;
   return ::ioctl(slave_.number(), FIONREAD, &count) == 0 ? static_cast<std::size_t>(count) : 0;
 }
 
-TerminalLink::TerminalLink(const std::string& path) : TerminalLink(open_terminal(path)) {}
-
-TerminalLink::TerminalLink(Descriptor terminal) noexcept
-    : DescriptorLink(terminal.number(), terminal.number()), terminal_(std::move(terminal)) {}
+TerminalLink::TerminalLink(const std::string& path) : DescriptorLink(open_terminal(path)) {}
 
 }  // namespace palpate::device
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace palpate::device {
 
@@ -57,18 +58,26 @@ class Descriptor {
   int number_;
 };
 
-/// Byte link over two file descriptors in wall-clock time. It does not own them. Bytes that the
-/// other end does not accept within 50 ms are lost, as on a serial line.
+/// Byte link over two file descriptors in wall-clock time. Bytes that the other end does not accept
+/// within 50 ms are lost, as on a serial line.
 class DescriptorLink : public ByteLink {
  public:
+  /// Does not own the descriptors.
   DescriptorLink(int in, int out) noexcept : in_(in), out_(out) {}
+  /// Reads and writes one descriptor, which it closes.
+  explicit DescriptorLink(Descriptor both) noexcept
+      : owned_(std::move(both)), in_(owned_.number()), out_(in_) {}
   [[nodiscard]] double now() const noexcept override;
   std::size_t read(std::span<std::uint8_t> into) noexcept override;
   bool wait_until(double deadline_s) noexcept override;
   bool write(std::span<const std::uint8_t> bytes) noexcept override;
   [[nodiscard]] bool ended() const noexcept override { return ended_; }
 
+ protected:
+  [[nodiscard]] int in() const noexcept { return in_; }
+
  private:
+  Descriptor owned_{};
   int in_;
   int out_;
   bool ended_ = false;
@@ -85,17 +94,8 @@ class PtyLink final : public DescriptorLink {
   [[nodiscard]] std::size_t unread_bytes() const noexcept;
 
  private:
-  struct Ends {
-    Descriptor master;
-    Descriptor slave;  ///< held open, so that reads still work after a client disconnects
-    std::string path;
-  };
-  explicit PtyLink(Ends ends) noexcept;
-  static Ends open_ends();
-
-  Descriptor master_;
-  Descriptor slave_;
   std::string path_;
+  Descriptor slave_;  ///< held open, so that reads still work after a client disconnects
 };
 
 /// Host end of a serial line or pseudo-terminal, raw and 8-bit clean. Throws std::system_error that
@@ -103,10 +103,6 @@ class PtyLink final : public DescriptorLink {
 class TerminalLink final : public DescriptorLink {
  public:
   explicit TerminalLink(const std::string& path);
-
- private:
-  explicit TerminalLink(Descriptor terminal) noexcept;
-  Descriptor terminal_;
 };
 
 }  // namespace palpate::device

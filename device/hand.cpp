@@ -22,6 +22,21 @@ void demand(bool holds, const char* rule) {
   if (!holds) { throw std::invalid_argument(rule); }
 }
 
+Eigen::Vector3d pull(const HandImpedance& impedance, const Eigen::Vector3d& stretch,
+                     const Eigen::Vector3d& stretch_rate) noexcept {
+  return impedance.stiffness * stretch + impedance.viscosity * stretch_rate;
+}
+
+/// Returns the force of the last stage toward the intent [N]; a push replaces its spring along the
+/// axis.
+Eigen::Vector3d toward_intent(const HandImpedance& impedance, const Eigen::Vector3d& axis,
+                              const IntentPoint& intent, const Eigen::Vector3d& position,
+                              const Eigen::Vector3d& velocity) noexcept {
+  Eigen::Vector3d stretch = intent.position - position;
+  if (intent.pushing) { stretch -= axis * axis.dot(stretch); }
+  return pull(impedance, stretch, intent.velocity - velocity) + intent.push * axis;
+}
+
 }  // namespace
 
 Intent::Intent(const IntentScript& script)
@@ -199,25 +214,6 @@ IntentPoint Intent::at(double time) const noexcept {
   }
   return point;
 }
-
-namespace {
-
-Eigen::Vector3d pull(const HandImpedance& impedance, const Eigen::Vector3d& stretch,
-                     const Eigen::Vector3d& stretch_rate) noexcept {
-  return impedance.stiffness * stretch + impedance.viscosity * stretch_rate;
-}
-
-/// Returns the force of the last stage toward the intent [N]; a push replaces its spring along the
-/// axis.
-Eigen::Vector3d toward_intent(const HandImpedance& impedance, const Eigen::Vector3d& axis,
-                              const IntentPoint& intent, const Eigen::Vector3d& position,
-                              const Eigen::Vector3d& velocity) noexcept {
-  Eigen::Vector3d stretch = intent.position - position;
-  if (intent.pushing) { stretch -= axis * axis.dot(stretch); }
-  return pull(impedance, stretch, intent.velocity - velocity) + intent.push * axis;
-}
-
-}  // namespace
 
 HandForces hand_forces(const Hand& hand, const IntentPoint& intent,
                        const Eigen::Vector3d& grip_position, const Eigen::Vector3d& grip_velocity,

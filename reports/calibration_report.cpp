@@ -125,8 +125,6 @@ std::string interval_text(const comparison::Interval& interval) {
   return short_number(interval.lower, 3) + " to " + short_number(interval.upper, 3);
 }
 
-std::string small_text(double value) { return value < 0.01 ? "< 0.01" : short_number(value, 3); }
-
 Table parameter_table(const Fit& fit) {
   Table table = make_table(
       "parameters", "Parameters",
@@ -140,7 +138,7 @@ Table parameter_table(const Fit& fit) {
          told ? std::string("told") : "no: " + std::string(name_of(each.telling)),
          each.parameter.prior, told ? Cell(each.value) : Cell(std::string("the prior")),
          interval_text(each.interval), interval_text({each.parameter.lower, each.parameter.upper}),
-         small_text(each.sensitivity)});
+         each.sensitivity < 0.01 ? "< 0.01" : short_number(each.sensitivity, 3)});
   };
   for (const bool told : {true, false}) {
     for (const FittedParameter& each : fit.parameters) {
@@ -302,14 +300,6 @@ Figure misfit_figure(const Fit& fit) {
           .series = {std::move(allowed), std::move(before), std::move(after)}};
 }
 
-std::vector<Table> calibration_tables(const CalibrationReport& report) {
-  std::vector<Table> tables{parameter_table(report.result.fit), observable_table(report.result)};
-  if (!report.result.held_out.empty()) { tables.push_back(held_out_table(report.result.held_out)); }
-  if (!report.result.fit.told.empty()) { tables.push_back(correlation_table(report.result.fit)); }
-  tables.push_back(recording_table(report));
-  return tables;
-}
-
 std::vector<Figure> calibration_figures(const CalibrationReport& report) {
   std::vector<Figure> figures{misfit_figure(report.result.fit)};
   if (std::isfinite(report.result.fit.data.mean[index_of(Observable::force)])) {
@@ -455,7 +445,10 @@ std::string to_json(const CalibrationReport& report) {
 }
 
 std::string to_html(const CalibrationReport& report) {
-  const std::vector<Table> tables = calibration_tables(report);
+  std::vector<Table> tables{parameter_table(report.result.fit), observable_table(report.result)};
+  if (!report.result.held_out.empty()) { tables.push_back(held_out_table(report.result.held_out)); }
+  if (!report.result.fit.told.empty()) { tables.push_back(correlation_table(report.result.fit)); }
+  tables.push_back(recording_table(report));
   Section exhibits{.kind = Section::Kind::exhibits};
   exhibits.parts.assign(tables.begin() + 1, tables.end());
   std::vector<PagePart> fit{exhibits_of(calibration_figures(report)), std::move(exhibits)};

@@ -124,15 +124,6 @@ Table levels_table(const Tail& tail) {
   return table;
 }
 
-std::vector<Table> certificate_tables(const CertificateReport& report) {
-  std::vector<Table> tables{times_table(report), misses_table(report), probes_table(report)};
-  if (const LoadResult* worst = report.result.worst()) {
-    tables.push_back(tail_table(worst->tail));
-    if (!worst->tail.levels.empty()) { tables.push_back(levels_table(worst->tail)); }
-  }
-  return tables;
-}
-
 struct NamedHistogram {
   std::string name{};
   const LatencyHistogram* times = nullptr;
@@ -426,7 +417,11 @@ std::string to_json(const CertificateReport& report) {
 std::string to_html(const CertificateReport& report) {
   const Certificate& all = report.result;
   const Outcome outcome = outcome_of(all);
-  const std::vector<Table> tables = certificate_tables(report);
+  std::vector<Table> tables{times_table(report), misses_table(report), probes_table(report)};
+  if (const LoadResult* worst = report.result.worst()) {
+    tables.push_back(tail_table(worst->tail));
+    if (!worst->tail.levels.empty()) { tables.push_back(levels_table(worst->tail)); }
+  }
   Page page{.banner = {.title = "Real-time certificate: " +
                                 (report.title.empty() ? report.file : report.title),
                        .small_print = {report.command,

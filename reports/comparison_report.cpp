@@ -210,13 +210,6 @@ std::string corridor_words(const GroupSummary& group) {
          "measured)";
 }
 
-/// Figure of the compared quantity over time.
-Figure overlay_figure(const ComparisonReport& report, std::size_t recording) {
-  return report.options.comparison.quantity == QuantityKind::pressure
-             ? pressure_figure(report, recording, Over::time)
-             : force_figure(report, recording, Over::time);
-}
-
 Badge badge_of(Status status) { return {status, std::string(verdict_word(status))}; }
 
 std::string value_of(const FeatureComparison& one, const Measured& measured) {
@@ -410,26 +403,15 @@ bool compared(const Comparison& one) { return one.outcome.status != Status::erro
 std::vector<Figure> figures_of(const ComparisonReport& report, std::size_t n) {
   if (!compared(report.found.recordings[n]) || n >= most_drawn) { return {}; }
   if (report.recordings.size() <= few_recordings) { return recording_figures(report, n); }
-  return {overlay_figure(report, n)};
+  return {report.options.comparison.quantity == QuantityKind::pressure
+              ? pressure_figure(report, n, Over::time)
+              : force_figure(report, n, Over::time)};
 }
 
 std::string simulation_words(const ComparedSimulation& simulation) {
   const bool scene = simulation.origin == ComparedSimulation::Origin::scene;
   return (scene ? "simulated from " : "read from ") + simulation.file.filename().string() +
          (simulation.title.empty() ? "" : ": " + simulation.title);
-}
-
-void add_simulation_facts(std::vector<Fact>& facts, const ComparedSimulation& simulation) {
-  const std::vector<double>& time = simulation.trace.time;
-  facts.push_back({"simulation", simulation_words(simulation),
-                   time.empty() ? ""
-                                : quantity(time.back() - time.front(), "s") + " long; FNV-1a " +
-                                      simulation.hash});
-  if (simulation.run_longer > 0.0) {
-    facts.push_back({"run longer by", quantity(simulation.run_longer, "s"),
-                     "than the scene says: the loss of resistance counts once its pressure stayed "
-                     "low for 5 s"});
-  }
 }
 
 std::vector<Fact> key_facts(const ComparisonReport& report) {
@@ -443,7 +425,16 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
         {"subjects", std::to_string(subjects_compared(report)),
          "with a comparable recording; a recording that names no subject is one of its own"});
   }
-  add_simulation_facts(facts, report.simulation);
+  const std::vector<double>& time = report.simulation.trace.time;
+  facts.push_back({"simulation", simulation_words(report.simulation),
+                   time.empty() ? ""
+                                : quantity(time.back() - time.front(), "s") + " long; FNV-1a " +
+                                      report.simulation.hash});
+  if (report.simulation.run_longer > 0.0) {
+    facts.push_back({"run longer by", quantity(report.simulation.run_longer, "s"),
+                     "than the scene says: the loss of resistance counts once its pressure stayed "
+                     "low for 5 s"});
+  }
   const auto& all = report.found.recordings;
   const auto first = std::ranges::find_if(all, compared);
   if (first == all.end()) { return facts; }
@@ -659,19 +650,6 @@ Json corridor_json(const GroupSummary& group, const CorridorRule& rule) {
                 "half_width_sd", group.corridor->factor, "inside", coverage.inside, "least_inside",
                 rule.least_inside, "largest_excursion", coverage.largest_excursion,
                 "largest_excursion_at_s", coverage.excursion_time, "holds", coverage.holds);
-}
-
-Json group_json(const GroupSummary& group, const CorridorRule& rule) {
-  return object("group", group.group, "recordings", group.recordings, "subjects", group.subjects,
-                "measured", group.measured, "reconstructed", group.recordings - group.measured,
-                "agree", group.tally.passed, "not_distinguishable", group.tally.inconclusive,
-                "differ", group.tally.failed, "not_comparable", group.tally.errors,
-                "subjects_agree", group.subjects_agree, "agree_share", group.agree_share,
-                "agree_interval_95",
-                group.subjects > 0 ? interval_json(group.agree_interval) : Json(nullptr),
-                "features", list_of(group.features, summary_json), "means_judged",
-                list_of(group.means, feature_json), "corridor", corridor_json(group, rule),
-                "verdict", verdict_word(group.outcome.status), "reasons", group.outcome.reasons);
 }
 
 Json simulation_json(const ComparedSimulation& simulation) {
@@ -920,7 +898,16 @@ std::string to_json(const ComparisonReport& report) {
   }
   const QuantityKind quantity = report.options.comparison.quantity;
   const auto of_group = [&](const GroupSummary& group) {
-    return group_json(group, report.options.corridor);
+    return object(
+        "group", group.group, "recordings", group.recordings, "subjects", group.subjects,
+        "measured", group.measured, "reconstructed", group.recordings - group.measured, "agree",
+        group.tally.passed, "not_distinguishable", group.tally.inconclusive, "differ",
+        group.tally.failed, "not_comparable", group.tally.errors, "subjects_agree",
+        group.subjects_agree, "agree_share", group.agree_share, "agree_interval_95",
+        group.subjects > 0 ? interval_json(group.agree_interval) : Json(nullptr), "features",
+        list_of(group.features, summary_json), "means_judged", list_of(group.means, feature_json),
+        "corridor", corridor_json(group, report.options.corridor), "verdict",
+        verdict_word(group.outcome.status), "reasons", group.outcome.reasons);
   };
   return json_text(object("schema", 1, "verdict", verdict_word(report.found.outcome.status),
                           "holds", holds(report), "sentence", verdict_sentence(report), "reasons",

@@ -195,17 +195,6 @@ Table ledger_table(const gate::Baseline& baseline) {
   return table;
 }
 
-Table worst_table(const gate::GateResult& result) {
-  constexpr std::size_t at_a_glance = 20;
-  Table table = changes_table(result, false);
-  if (table.rows.size() > at_a_glance) {
-    table.caption = "The worst " + std::to_string(at_a_glance) + " of " +
-                    std::to_string(table.rows.size()) + ".";
-    table.rows.resize(at_a_glance);
-  }
-  return table;
-}
-
 std::vector<Fact> rule_facts() {
   return {
       {"same", "every bit", "nothing further is looked at"},
@@ -288,7 +277,13 @@ std::string to_html(const GateReport& report) {
     page.parts.emplace_back(Section{.heading = heading, .parts = std::move(parts)});
   };
   if (!report.result.faults.empty()) { add("Why", {Notes{report.result.faults}}); }
-  const Table shown = worst_table(report.result);
+  constexpr std::size_t at_a_glance = 20;
+  Table shown = changes_table(report.result, false);
+  if (shown.rows.size() > at_a_glance) {
+    shown.caption = "The worst " + std::to_string(at_a_glance) + " of " +
+                    std::to_string(shown.rows.size()) + ".";
+    shown.rows.resize(at_a_glance);
+  }
   if (!shown.rows.empty()) { add("What changed", {shown}); }
   add_curves(report, page.parts);
   const Table all = changes_table(report.result, true);

@@ -12,6 +12,10 @@ namespace {
 
 constexpr std::size_t block_bytes = 62;  // payload of one USB transfer of the real device
 
+constexpr double most_torque = 30.0;  // limit at which libnifalcon scales down [N m]; never reached
+constexpr double close_enough = 0.01;  // [rad]
+constexpr int most_tries = 15;
+
 }  // namespace
 
 OpenResult Driver::open(std::span<const std::uint8_t> image) noexcept {
@@ -104,14 +108,6 @@ void Driver::discard() noexcept {
   std::array<std::uint8_t, 512> buffer;
   while (link_.read(buffer) > 0) {}
 }
-
-namespace {
-
-constexpr double most_torque = 30.0;  // limit at which libnifalcon scales down [N m]; never reached
-constexpr double close_enough = 0.01;  // [rad]
-constexpr int most_tries = 15;
-
-}  // namespace
 
 std::optional<Eigen::Matrix3d> stock_jacobian(const Kinematics& kinematics,
                                               const Eigen::Vector3d& position) noexcept {

@@ -12,45 +12,6 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-}  // namespace
-
-Geometry libnifalcon() {
-  Geometry geometry;
-  geometry.azimuth = {105.0 * degree, -15.0 * degree, -135.0 * degree};
-  geometry.zero_angle = 35.0 * degree;
-  return geometry;
-}
-
-Geometry martin_hillier() {
-  Geometry geometry = libnifalcon();
-  geometry.knee_offset = 0.0115;
-  geometry.foot_offset = 0.0115;
-  geometry.effector_radius = 0.0157;
-  geometry.effector_lateral = -0.0262;
-  geometry.base_radius = 0.0366;
-  geometry.base_lateral = -0.0272;
-  geometry.reduction = 7.62;
-  return geometry;
-}
-
-double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, const Leg& leg,
-                              const Eigen::Vector3d& velocity) noexcept {
-  const double a = geometry.thigh;
-  const double b = geometry.shin;
-  const double rate = leg.rate().dot(velocity);
-  const double across = frame.sideways.dot(velocity);
-  const double outward_rate = frame.outward.dot(velocity) + a * leg.sine * rate;
-  const double away_rate = velocity.z() - a * leg.cosine * rate;
-  const double slope = leg.sideways / leg.height;                       // -dL/dv
-  const double bend = -b * b / (leg.height * leg.height * leg.height);  // d2L/dv2
-  const double pull = a * (leg.outward * leg.cosine + leg.away * leg.sine) * rate * rate;
-  return (outward_rate * outward_rate + away_rate * away_rate + pull -
-          (slope * slope + leg.reach * bend) * across * across) /
-         leg.lever;
-}
-
-namespace {
-
 /// Largest |v + f| / b that is within the reach of a leg. At 1 the parallelogram is folded flat and
 /// the derivatives are infinite.
 constexpr double widest_swing = 1.0 - 1e-4;
@@ -115,6 +76,41 @@ bool stands_at(const std::array<Leg, 3>& legs, const Eigen::Vector3d& cosine,
 }
 
 }  // namespace
+
+Geometry libnifalcon() {
+  Geometry geometry;
+  geometry.azimuth = {105.0 * degree, -15.0 * degree, -135.0 * degree};
+  geometry.zero_angle = 35.0 * degree;
+  return geometry;
+}
+
+Geometry martin_hillier() {
+  Geometry geometry = libnifalcon();
+  geometry.knee_offset = 0.0115;
+  geometry.foot_offset = 0.0115;
+  geometry.effector_radius = 0.0157;
+  geometry.effector_lateral = -0.0262;
+  geometry.base_radius = 0.0366;
+  geometry.base_lateral = -0.0272;
+  geometry.reduction = 7.62;
+  return geometry;
+}
+
+double curvature_acceleration(const Geometry& geometry, const LegFrame& frame, const Leg& leg,
+                              const Eigen::Vector3d& velocity) noexcept {
+  const double a = geometry.thigh;
+  const double b = geometry.shin;
+  const double rate = leg.rate().dot(velocity);
+  const double across = frame.sideways.dot(velocity);
+  const double outward_rate = frame.outward.dot(velocity) + a * leg.sine * rate;
+  const double away_rate = velocity.z() - a * leg.cosine * rate;
+  const double slope = leg.sideways / leg.height;                       // -dL/dv
+  const double bend = -b * b / (leg.height * leg.height * leg.height);  // d2L/dv2
+  const double pull = a * (leg.outward * leg.cosine + leg.away * leg.sine) * rate * rate;
+  return (outward_rate * outward_rate + away_rate * away_rate + pull -
+          (slope * slope + leg.reach * bend) * across * across) /
+         leg.lever;
+}
 
 Kinematics::Kinematics(const Geometry& geometry) : geometry_(geometry) {
   for (std::size_t leg = 0; leg < 3; ++leg) {

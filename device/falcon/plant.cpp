@@ -29,6 +29,34 @@ bool lawful(const ArmDynamics& arms, const Slip& before, const Slip& slip, doubl
   return true;
 }
 
+constexpr int most_events = 12;           // per substep; its rest then has no events
+constexpr double event_accuracy = 1e-12;  // of the step
+constexpr double least_margin = 1e-13;    // below it an arm sticks or slips [rad/s], [N m]
+
+int sign_of(double value) noexcept { return value > 0.0 ? 1 : value < 0.0 ? -1 : 0; }
+
+/// Returns the homing motion: out until every arm is beyond its arming angle, in past the index
+/// marks, and back.
+Intent homing_gesture(const Eigen::Vector3d& start) {
+  constexpr double out = 0.174;  // z [m]: theta1 is 72 degrees on the axis
+  constexpr double in = 0.105;   // 12 degrees
+  constexpr double speed = 0.15;
+  constexpr double ramp = 0.1;
+  IntentScript script{.start = start};
+  const double outmost = std::max(out, start.z());
+  if (outmost > start.z()) {
+    script.actions.emplace_back(
+        Withdraw{.distance = outmost - start.z(), .speed = speed, .ramp = ramp});
+  }
+  script.actions.emplace_back(Hold{.duration = 0.2});
+  script.actions.emplace_back(Advance{.distance = outmost - in, .speed = speed, .ramp = ramp});
+  script.actions.emplace_back(Hold{.duration = 0.2});
+  if (start.z() > in) {
+    script.actions.emplace_back(Withdraw{.distance = start.z() - in, .speed = speed, .ramp = ramp});
+  }
+  return Intent(script);
+}
+
 }  // namespace
 
 Eigen::Vector3d friction_torque(const ArmDynamics& arms, const Slip& slip, double limit) noexcept {
@@ -209,16 +237,6 @@ double Mechanics::potential(const PlantState& state) const noexcept {
   return options_.gravity * (options_.effector_mass + options_.tool_mass) * position.y() + stops;
 }
 
-namespace {
-
-constexpr int most_events = 12;           // per substep; its rest then has no events
-constexpr double event_accuracy = 1e-12;  // of the step
-constexpr double least_margin = 1e-13;    // below it an arm sticks or slips [rad/s], [N m]
-
-int sign_of(double value) noexcept { return value > 0.0 ? 1 : value < 0.0 ? -1 : 0; }
-
-}  // namespace
-
 Plant::Plant(const Kinematics& kinematics, const PlantOptions& options)
     : mechanics_(kinematics, options) {
   place(Kinematics::centre(), Hand{.impedance = no_hand});
@@ -398,32 +416,6 @@ EnergyAudit Plant::energy(const Hand& hand) const noexcept {
           .hand_work = state_[part::hand_work],
           .at_start = energy_at_start_};
 }
-
-namespace {
-
-/// Returns the homing motion: out until every arm is beyond its arming angle, in past the index
-/// marks, and back.
-Intent homing_gesture(const Eigen::Vector3d& start) {
-  constexpr double out = 0.174;  // z [m]: theta1 is 72 degrees on the axis
-  constexpr double in = 0.105;   // 12 degrees
-  constexpr double speed = 0.15;
-  constexpr double ramp = 0.1;
-  IntentScript script{.start = start};
-  const double outmost = std::max(out, start.z());
-  if (outmost > start.z()) {
-    script.actions.emplace_back(
-        Withdraw{.distance = outmost - start.z(), .speed = speed, .ramp = ramp});
-  }
-  script.actions.emplace_back(Hold{.duration = 0.2});
-  script.actions.emplace_back(Advance{.distance = outmost - in, .speed = speed, .ramp = ramp});
-  script.actions.emplace_back(Hold{.duration = 0.2});
-  if (start.z() > in) {
-    script.actions.emplace_back(Withdraw{.distance = start.z() - in, .speed = speed, .ramp = ramp});
-  }
-  return Intent(script);
-}
-
-}  // namespace
 
 PlantBody::PlantBody(const PlantBodyOptions& options, const Hand& hand)
     : options_(options),

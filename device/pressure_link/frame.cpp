@@ -16,6 +16,8 @@ constexpr unsigned battery_low_bit = 2U;
 std::uint8_t low(unsigned value) noexcept { return static_cast<std::uint8_t>(value & 0xFFU); }
 std::uint8_t high(unsigned value) noexcept { return low(value >> 8U); }
 
+constexpr int sequence_numbers = 256;
+
 }  // namespace
 
 std::uint16_t checksum(std::span<const std::uint8_t> bytes) noexcept {
@@ -59,12 +61,6 @@ std::optional<Frame> decode(std::span<const std::uint8_t, frame_bytes> bytes) no
                .battery_low = (bytes[3] & battery_low_bit) != 0,
                .pressure = static_cast<std::int16_t>(static_cast<std::uint16_t>(pressure))};
 }
-
-namespace {
-
-constexpr int sequence_numbers = 256;
-
-}  // namespace
 
 bool FrameReader::may_begin_frame() const noexcept {
   return bytes_[0] == frame_begin[0] && (filled_ < 2 || bytes_[1] == frame_begin[1]);

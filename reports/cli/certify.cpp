@@ -41,16 +41,6 @@ struct CertifyOptions : CommonOptions {
   bool ordinary = false;  ///< if true, no real-time scheduling and no locked memory are requested
 };
 
-/// Starts stress-ng, which loads processors, caches, memory and disk of the given processors.
-std::shared_ptr<timing::Background> start_stress_ng(const std::vector<int>& processors) {
-  std::string list;
-  for (const int n : processors) { list += (list.empty() ? "" : ",") + std::to_string(n); }
-  const std::string workers = std::to_string(processors.size());
-  return std::make_shared<timing::Background>(
-      std::vector<std::string>{"stress-ng", "--quiet", "--taskset", list, "--cpu", workers,
-                               "--cache", workers, "--vm", "1", "--vm-bytes", "64M", "--hdd", "1"});
-}
-
 using Value = decltype(EnvironmentFact::value);
 
 std::string first_line(const std::string& file) {
@@ -221,13 +211,6 @@ constexpr double least_rate = 0.01;  // [Hz]
 constexpr double most_rate = 20000.0;
 constexpr std::string_view costliest_tick = "costliest tick";  // as in worst_case_probe.cpp
 
-void refuse_unknown_loads(const CertifyOptions& options) {
-  for (const std::string& load : options.loads) {
-    if (is_own_load(load) || load == "stress-ng") { continue; }
-    throw InputError("--load " + load + ": unknown; " + std::string(own_loads) + " or stress-ng");
-  }
-}
-
 Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
   Claim claim{.rate = options.rate.value_or(rate_of(scene)), .duration = options.duration};
@@ -275,7 +258,12 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
                    .processor_times = processor_times};
   if (!options.loads.empty()) { plan.loads = options.loads; }
   plan.outside_load = [](const std::string&, const std::vector<int>& processors) {
-    return start_stress_ng(processors);
+    std::string list;  // loads processors, caches, memory and disk of these processors
+    for (const int n : processors) { list += (list.empty() ? "" : ",") + std::to_string(n); }
+    const std::string workers = std::to_string(processors.size());
+    return std::make_shared<timing::Background>(std::vector<std::string>{
+        "stress-ng", "--quiet", "--taskset", list, "--cpu", workers, "--cache", workers, "--vm",
+        "1", "--vm-bytes", "64M", "--hdd", "1"});
   };
   return plan;
 }
@@ -332,14 +320,12 @@ void tell(const CertificateReport& report, const Outcome& outcome,
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
-int exit_code(const Certificate& certificate, Status status) {
-  if (certificate.interrupted) { return interrupted_code; }
-  return status == Status::pass ? done : status == Status::fail ? fell_short : machine_cannot;
-}
-
 int run_certify(const CertifyOptions& options) {
   catch_interrupts();
-  refuse_unknown_loads(options);
+  for (const std::string& load : options.loads) {
+    if (is_own_load(load) || load == "stress-ng") { continue; }
+    throw InputError("--load " + load + ": unknown; " + std::string(own_loads) + " or stress-ng");
+  }
   if (std::ranges::find(options.loads, "stress-ng") != options.loads.end() &&
       timing::find_program("stress-ng").empty()) {
     std::fprintf(stderr, "palpate: --load stress-ng: not installed; the package stress-ng\n");
@@ -370,7 +356,10 @@ int run_certify(const CertifyOptions& options) {
   io::replace_file(folder / "histogram.csv", to_csv(report));
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) { tell(report, outcome, folder); }
-  return exit_code(report.result, outcome.status);
+  if (report.result.interrupted) { return interrupted_code; }
+  return outcome.status == Status::pass   ? done
+         : outcome.status == Status::fail ? fell_short
+                                          : machine_cannot;
 }
 
 }  // namespace

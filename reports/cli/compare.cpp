@@ -112,16 +112,12 @@ Value value_named(const std::string& option, const std::string& text,
   throw InputError(option + " " + text + "; must be one of " + known);
 }
 
-void check_cutoff(const CompareOptions& asked) {
+GroupOptions group_options(const CompareOptions& asked) {
   constexpr double least_cutoff = 1.0;  // [Hz]: three periods are added at either end of a trace
   if (!(asked.cutoff == 0.0 || asked.cutoff >= least_cutoff)) {
     throw InputError("--cutoff " + plain_number(asked.cutoff) +
                      "; must be 0 for none, or at least 1 Hz");
   }
-}
-
-GroupOptions group_options(const CompareOptions& asked) {
-  check_cutoff(asked);
   GroupOptions options;
   ComparisonOptions& o = options.comparison;
   o.quantity = value_named("--quantity", asked.quantity,
@@ -143,21 +139,6 @@ GroupOptions group_options(const CompareOptions& asked) {
     }
   }
   return options;
-}
-
-void judge(const std::vector<Outcome>& validated, ComparisonReport& report) {
-  std::vector<Recording> recordings;
-  for (const RecordingFile& one : report.recordings) { recordings.push_back(one.input.recording); }
-  const bool failed = !report.simulation.failure.empty();
-  report.found = compare_all(recordings,
-                             failed ? Trace{.columns = {{report.options.comparison.column, "", {}}}}
-                                    : report.simulation.trace,
-                             report.options);
-  if (failed) {
-    report.found.outcome.reasons.insert(report.found.outcome.reasons.begin(),
-                                        "the simulation " + report.simulation.failure);
-  }
-  report.credibility = credibility(validated, &report.found);
 }
 
 void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
@@ -189,17 +170,6 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
               (folder / "report.html").string().c_str());
 }
 
-/// Creates all contents before the first file is written.
-void write(const ComparisonReport& report, const std::filesystem::path& folder) {
-  const std::string json = to_json(report);
-  const std::string page = to_html(report);
-  if (report.simulation.origin == ComparedSimulation::Origin::scene) {
-    io::write_trace_hdf5(folder / "trace.h5", report.simulation.trace, {}, report.provenance);
-  }
-  io::replace_file(folder / "comparison.json", json);
-  io::replace_file(folder / "report.html", page);
-}
-
 int run_compare(const CompareOptions& options) {
   catch_interrupts();
   if (options.scene.empty() == options.trace.empty()) {
@@ -227,8 +197,26 @@ int run_compare(const CompareOptions& options) {
   }
   const std::filesystem::path folder = options.make_folder();
   if (scene && !simulate(*scene, rest, options.quiet, report)) { return interrupted_code; }
-  judge(validated, report);
-  write(report, folder);
+  std::vector<Recording> recordings;
+  for (const RecordingFile& one : report.recordings) { recordings.push_back(one.input.recording); }
+  const bool failed = !report.simulation.failure.empty();
+  report.found = compare_all(recordings,
+                             failed ? Trace{.columns = {{report.options.comparison.column, "", {}}}}
+                                    : report.simulation.trace,
+                             report.options);
+  if (failed) {
+    report.found.outcome.reasons.insert(report.found.outcome.reasons.begin(),
+                                        "the simulation " + report.simulation.failure);
+  }
+  report.credibility = credibility(validated, &report.found);
+  // All contents are created before the first file is written.
+  const std::string json = to_json(report);
+  const std::string page = to_html(report);
+  if (report.simulation.origin == ComparedSimulation::Origin::scene) {
+    io::write_trace_hdf5(folder / "trace.h5", report.simulation.trace, {}, report.provenance);
+  }
+  io::replace_file(folder / "comparison.json", json);
+  io::replace_file(folder / "report.html", page);
   if (!options.quiet) { tell(report, folder); }
   return holds(report) ? done : fell_short;
 }

@@ -146,19 +146,6 @@ class ScriptCheck {
   io::Problems& problems_;
 };
 
-void check(const FalconScript& script, const io::Places& places, io::Problems& problems) {
-  ScriptCheck rules(places, problems);
-  for (std::size_t n = 0; n < script.faults.faults.size(); ++n) {
-    rules.fault(script.faults.faults[n], "fault[" + std::to_string(n) + "]");
-  }
-  for (std::size_t n = 0; n < script.grip.presses.size(); ++n) {
-    const GripScript::Press& press = script.grip.presses[n];
-    rules.window(press.start, press.end, "grip.press[" + std::to_string(n) + "]");
-  }
-  rules.poses(script.grip.poses);
-  rules.counts(script.grip.power_on, "grip.power_on");
-}
-
 io::TomlDocument read_document(const std::filesystem::path& path,
                                const std::vector<std::string>& overrides, io::Problems& problems) {
   if (!path.empty()) { return io::read_toml(path, "a script", overrides, problems); }
@@ -181,7 +168,16 @@ FalconScript read_falcon_script(const std::filesystem::path& path,
   io::TomlReader reader(document.root, "", document.places, problems, nowhere);
   io::fields(reader, script);
   reader.refuse_unknown_keys();
-  check(script, document.places, problems);
+  ScriptCheck rules(document.places, problems);
+  for (std::size_t n = 0; n < script.faults.faults.size(); ++n) {
+    rules.fault(script.faults.faults[n], "fault[" + std::to_string(n) + "]");
+  }
+  for (std::size_t n = 0; n < script.grip.presses.size(); ++n) {
+    const GripScript::Press& press = script.grip.presses[n];
+    rules.window(press.start, press.end, "grip.press[" + std::to_string(n) + "]");
+  }
+  rules.poses(script.grip.poses);
+  rules.counts(script.grip.power_on, "grip.power_on");
   problems.throw_if_any();
   return script;
 }

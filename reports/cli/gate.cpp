@@ -8,7 +8,6 @@
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/gate_report.hpp"
-#include "reports/results/baseline_file.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "validation/gate/baseline.hpp"
@@ -63,7 +62,7 @@ std::vector<std::string> names_in(const Results& results) {
   return names;
 }
 
-GateReport judged(const GateOptions& options) {
+int run_gate(const GateOptions& options) {
   const gate::Baseline baseline = read_baseline(options.baseline);
   const Results results = read_judged(options.results);
   std::vector<std::string> names;
@@ -76,11 +75,6 @@ GateReport judged(const GateOptions& options) {
                     .candidate = {.command = results.command, .outcomes = results.outcomes},
                     .baseline = baseline};
   report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
-  return report;
-}
-
-int run_gate(const GateOptions& options) {
-  const GateReport report = judged(options);
   const std::filesystem::path folder = options.make_folder();
   io::replace_file(folder / "gate.json", to_json(report));
   io::replace_file(folder / "gate.xml", to_junit(report));

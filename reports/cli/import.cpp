@@ -25,21 +25,26 @@ struct ImportOptions : CommonOptions {
   bool pump = false;  ///< pressure of a pump, not of a thumb
 };
 
-/// Options of the command line override the contents of the file.
-void apply(const ImportOptions& options, const std::string& hash, Recording& recording) {
-  if (options.body_mass_index) { recording.body_mass_index = options.body_mass_index; }
-  if (options.plunger_area) { recording.plunger_area = *options.plunger_area; }
-  if (!options.technique.empty()) { recording.technique = options.technique; }
-  if (!options.source.empty()) { recording.source = options.source; }
-  if (!options.group.empty()) { recording.group = options.group; }
-  if (!options.subject.empty()) { recording.subject = options.subject; }
-  if (!options.name_shown.empty()) { recording.name = options.name_shown; }
-  if (options.pump) { recording.regime = Recording::Regime::pump; }
-  if (recording.name.empty()) { recording.name = options.file.stem().string(); }
-  recording.note += (recording.note.empty() ? "" : "; ") + ("imported file: FNV-1a " + hash);
-}
-
-void tell_samples(const InputRecording& read) {
+int run_import(const ImportOptions& options) {
+  InputRecording read =
+      read_any_recording(options.file, format_named("--format", options.format),
+                         {.columns = options.columns, .sample_rate = options.sample_rate});
+  // Options of the command line override the contents of the file.
+  if (options.body_mass_index) { read.recording.body_mass_index = options.body_mass_index; }
+  if (options.plunger_area) { read.recording.plunger_area = *options.plunger_area; }
+  if (!options.technique.empty()) { read.recording.technique = options.technique; }
+  if (!options.source.empty()) { read.recording.source = options.source; }
+  if (!options.group.empty()) { read.recording.group = options.group; }
+  if (!options.subject.empty()) { read.recording.subject = options.subject; }
+  if (!options.name_shown.empty()) { read.recording.name = options.name_shown; }
+  if (options.pump) { read.recording.regime = Recording::Regime::pump; }
+  if (read.recording.name.empty()) { read.recording.name = options.file.stem().string(); }
+  read.recording.note += (read.recording.note.empty() ? "" : "; ") +
+                         ("imported file: FNV-1a " + hash_of_file(options.file));
+  const std::filesystem::path folder = options.make_folder();
+  io::write_recording_hdf5(folder / "recording.h5", read.recording);
+  io::write_recording_csv(folder / "recording.csv", read.recording);
+  if (options.quiet) { return done; }
   const Recording& recording = read.recording;
   const Extremes pressure = extremes_of(recording.pressure);
   std::printf("%s: %zu samples, %.6g Hz, %.6g s\n", std::string(name_of(read.format)).c_str(),
@@ -52,9 +57,6 @@ void tell_samples(const InputRecording& read) {
     std::printf("%s: not a measurement\n", std::string(io::reconstruction_note).c_str());
   }
   for (const std::string& line : read.found) { std::printf("%s\n", line.c_str()); }
-}
-
-void tell_defects(const InputRecording& read) {
   if (read.frames) {
     std::cout << "frames: " << read.frames->frames << " good, " << read.frames->bad_frames
               << " bad, " << read.frames->missing << " missing in " << read.frames->gaps
@@ -66,19 +68,6 @@ void tell_defects(const InputRecording& read) {
             << defects.not_finite << ", out of range " << defects.out_of_range << ", clipped "
             << defects.clipped << ", out of order " << defects.not_increasing << '\n';
   for (const std::string& warning : read.warnings) { std::cout << "warning: " << warning << '\n'; }
-}
-
-int run_import(const ImportOptions& options) {
-  InputRecording read =
-      read_any_recording(options.file, format_named("--format", options.format),
-                         {.columns = options.columns, .sample_rate = options.sample_rate});
-  apply(options, hash_of_file(options.file), read.recording);
-  const std::filesystem::path folder = options.make_folder();
-  io::write_recording_hdf5(folder / "recording.h5", read.recording);
-  io::write_recording_csv(folder / "recording.csv", read.recording);
-  if (options.quiet) { return done; }
-  tell_samples(read);
-  tell_defects(read);
   std::printf("%s\n%s\n", (folder / "recording.h5").c_str(), (folder / "recording.csv").c_str());
   return done;
 }

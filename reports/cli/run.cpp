@@ -8,7 +8,7 @@
 #include <optional>
 #include <sstream>
 
-#include "device/falcon/wire_recording.hpp"
+#include "device/falcon/emulator.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"

@@ -86,19 +86,6 @@ void serve(device::ByteLink& link, Transducer& transducer, bool stdio) {
   }
 }
 
-void serve_terminal(Transducer& transducer) {
-  const std::unique_ptr<device::PtyLink> link = open_terminal();
-  serve(*link, transducer, false);
-  // Closing the terminal would discard bytes that the client has not read yet.
-  const double end = link->now();
-  double empty_since = end;
-  while (!interrupted && link->now() < end + last_patience &&
-         link->now() < empty_since + settling) {
-    ::poll(nullptr, 0, 10);
-    if (link->unread_bytes() > 0) { empty_since = link->now(); }
-  }
-}
-
 void serve_output(Transducer& transducer, bool fast) {
   if (fast) {
     HastyOutput link;
@@ -152,7 +139,16 @@ int run_transducer(const TransducerCommandOptions& options) {
                                              .repeats = options.repeat});
   return serve_device([&] {
     if (options.pty) {
-      serve_terminal(source);
+      const std::unique_ptr<device::PtyLink> link = open_terminal();
+      serve(*link, source, false);
+      // Closing the terminal would discard bytes that the client has not read yet.
+      const double end = link->now();
+      double empty_since = end;
+      while (!interrupted && link->now() < end + last_patience &&
+             link->now() < empty_since + settling) {
+        ::poll(nullptr, 0, 10);
+        if (link->unread_bytes() > 0) { empty_since = link->now(); }
+      }
     } else {
       serve_output(source, options.fast);
     }

@@ -23,7 +23,6 @@
 #include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
-#include "reports/results/baseline_file.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
@@ -342,17 +341,6 @@ void look_at_all(const ValidateOptions& options, const Judging& what, Results& r
   }
 }
 
-/// If no selected case could run on this machine, the result says nothing about the program.
-int exit_code(const std::vector<Outcome>& outcomes) {
-  if (tally(outcomes).holds()) { return done; }
-  const bool none_ran = std::ranges::all_of(outcomes, [](const Outcome& one) {
-    return one.status == Status::skip && one.reason().starts_with("not run: ");
-  });
-  if (outcomes.empty() || !none_ran) { return fell_short; }
-  std::fprintf(stderr, "palpate: %s\n", outcomes.front().reason().c_str());
-  return machine_cannot;
-}
-
 std::filesystem::path default_cache_folder() {
   if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder != '\0') {
     return std::filesystem::path(folder) / "palpate";
@@ -414,7 +402,13 @@ int judge(const ValidateOptions& options, const Judging& what) {
     std::fflush(nullptr);
     std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
   }
-  return exit_code(results.outcomes);
+  if (tally(results.outcomes).holds()) { return done; }
+  const bool none_ran = std::ranges::all_of(results.outcomes, [](const Outcome& one) {
+    return one.status == Status::skip && one.reason().starts_with("not run: ");
+  });
+  if (results.outcomes.empty() || !none_ran) { return fell_short; }
+  std::fprintf(stderr, "palpate: %s\n", results.outcomes.front().reason().c_str());
+  return machine_cannot;
 }
 
 int run_validate(const ValidateOptions& options) {

@@ -139,10 +139,6 @@ class Renderer {
   std::size_t next_ = 0;
 };
 
-std::string colour_of(Status status) {
-  return status == Status::pass ? "pass" : status == Status::inconclusive ? "open" : "fail";
-}
-
 }  // namespace
 
 std::string escape_markup(std::string_view text) {
@@ -200,8 +196,11 @@ std::string render(const Page& page) {
   std::erase(print, "");
   return fill(templates::page,
               record("title", banner.title, "style", std::string(assets::report_css), "print",
-                     data_of(print, std::identity()), "colour", colour_of(banner.status), "verdict",
-                     banner.verdict, "detail", text_or_nothing(banner.detail), "content",
+                     data_of(print, std::identity()), "colour",
+                     banner.status == Status::pass           ? "pass"
+                     : banner.status == Status::inconclusive ? "open"
+                                                             : "fail",
+                     "verdict", banner.verdict, "detail", text_or_nothing(banner.detail), "content",
                      renderer.all(page.parts), "provenance", renderer.html(page.provenance),
                      "command", page.command, "scripts", data_of(page.scripts, std::identity())));
 }

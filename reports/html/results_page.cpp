@@ -179,16 +179,6 @@ Data buttons_of(const Tally& sum) {
   return buttons;
 }
 
-std::vector<Suite> suites_of(const std::vector<Outcome>& outcomes) {
-  std::vector<Suite> suites;
-  for (const Outcome& outcome : outcomes) {
-    auto found = std::ranges::find(suites, outcome.suite, &Suite::name);
-    if (found == suites.end()) { found = suites.insert(suites.end(), {.name = outcome.suite}); }
-    found->outcomes.push_back(&outcome);
-  }
-  return suites;
-}
-
 std::string suite_anchor(const Suite& suite) { return "suite" + case_anchor(suite.name).substr(4); }
 
 /// One sentence about each built-in suite; empty for any other.
@@ -345,7 +335,12 @@ std::string measured_text(const Quantity& q) {
 
 std::string to_html(const Results& results) {
   const Tally sum = tally(results.outcomes);
-  const std::vector<Suite> suites = suites_of(results.outcomes);
+  std::vector<Suite> suites;
+  for (const Outcome& outcome : results.outcomes) {
+    auto found = std::ranges::find(suites, outcome.suite, &Suite::name);
+    if (found == suites.end()) { found = suites.insert(suites.end(), {.name = outcome.suite}); }
+    found->outcomes.push_back(&outcome);
+  }
   const std::string version = entry(results.provenance, "version");
   Page page{
       .banner = {.title = results.title,

@@ -46,10 +46,6 @@ std::vector<Mark> events_over(const Trace& trace, Over over) {
   return marks;
 }
 
-bool is_tool_column(const std::string& name) {
-  return name.starts_with("tool.") || name.starts_with("syringe.") || name.starts_with("device.");
-}
-
 constexpr double settling = 0.1;  // maximum duration of a loss of resistance [s]
 
 constexpr double least_depth = 1e-12;  // rounding level of depths [m]
@@ -234,7 +230,10 @@ std::string short_name(const Column& column) {
 std::vector<Group> groups_of(const Trace& trace) {
   std::vector<Group> groups;
   for (const Column& column : trace.columns) {
-    if (is_tool_column(column.name)) { continue; }
+    if (column.name.starts_with("tool.") || column.name.starts_with("syringe.") ||
+        column.name.starts_with("device.")) {
+      continue;
+    }
     const std::string record = record_of(column);
     if (groups.empty() || groups.back().record != record || groups.back().unit != column.unit) {
       groups.push_back({record, column.unit, {}});

@@ -4,10 +4,13 @@
 /// one subgroup per series.
 
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "fixtures/io/hdf5_file.hpp"
 #include "reports/results/results.hpp"
-#include "validation/outcome.hpp"
+#include "validation/gate/baseline.hpp"
 
 namespace palpate {
 
@@ -48,5 +51,21 @@ bool is_run_folder(const std::filesystem::path& folder);
 /// time: every trace column and the displacement of every node. A run that diverged or was
 /// interrupted has the status error. Throws InputError.
 Results read_run_folder(const std::filesystem::path& folder);
+
+// Baseline on disk (docs/gate.md). Numbers, spreads and the ledger are readable JSON; the samples
+// of curves are in an HDF5 file with the same name and the ending .h5.
+
+/// Writes a baseline. Both files are written under temporary names and renamed, the curves first.
+/// Throws InputError.
+void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline);
+
+/// Reads a baseline. Throws InputError if either file is missing, damaged or edited by hand, if the
+/// files do not match, or if a number is not finite.
+gate::Baseline read_baseline(const std::filesystem::path& path);
+
+/// Damages baseline and results files in one way at a time. Returns each damage with the resulting
+/// error message; the message is empty if the damage was not detected. Works in its own temporary
+/// folder. Throws InputError if the folder cannot be created.
+std::vector<std::pair<std::string, std::string>> try_damaged_files();
 
 }  // namespace palpate

@@ -98,18 +98,6 @@ Axis axis_from(const Json& json) {
   return axis;
 }
 
-/// Reads optional zones and marks, which old files do not contain.
-void read_annotations(const Json& json, Figure& figure) {
-  const Json none = Json::array();
-  for (const Json& each : json.value("zones", none)) {
-    figure.zones.push_back(
-        {each.at("label"), number_from_json(each.at("begin")), number_from_json(each.at("end"))});
-  }
-  for (const Json& each : json.value("marks", none)) {
-    figure.marks.push_back({each.at("label"), number_from_json(each.at("x"))});
-  }
-}
-
 Json figure_json(const Figure& figure) {
   Json series = Json::array();
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
@@ -149,7 +137,14 @@ Figure figure_from(const Json& json) {
     figure.series.push_back({.label = each.at("label"),
                              .style = static_cast<Series::Style>(found - style_names.begin())});
   }
-  read_annotations(json, figure);
+  const Json none = Json::array();  // old files have neither zones nor marks
+  for (const Json& each : json.value("zones", none)) {
+    figure.zones.push_back(
+        {each.at("label"), number_from_json(each.at("begin")), number_from_json(each.at("end"))});
+  }
+  for (const Json& each : json.value("marks", none)) {
+    figure.marks.push_back({each.at("label"), number_from_json(each.at("x"))});
+  }
   if (!json.at("heat_map").is_null()) {
     figure.heat_map = HeatMap{.label = json.at("heat_map").at("label").get<std::string>()};
   }
@@ -229,17 +224,6 @@ std::string counts(const std::vector<const Outcome*>& outcomes) {
          seconds_attribute(seconds) + "\"";
 }
 
-std::string failed_quantities(const Outcome& outcome) {
-  std::string text = outcome.reason();
-  for (const Quantity& q : outcome.quantities) {
-    if (!q.judged() || q.holds()) { continue; }
-    text += (text.empty() ? "" : "\n") + q.name + " = " + exact_number(q.value) + " " + q.unit +
-            "; allowed " + exact_number(q.lower) + " to " + exact_number(q.upper) + " (" +
-            q.bound_from + ")";
-  }
-  return text;
-}
-
 Data properties_of(const Outcome& outcome) {
   Data list(Data::type::list);
   const auto property = [&list](const std::string& name, const std::string& value) {
@@ -259,7 +243,13 @@ Data properties_of(const Outcome& outcome) {
 
 Data case_of(const Outcome* of_case) {
   const Outcome& outcome = *of_case;
-  const std::string message = failed_quantities(outcome);
+  std::string message = outcome.reason();
+  for (const Quantity& q : outcome.quantities) {
+    if (!q.judged() || q.holds()) { continue; }
+    message += (message.empty() ? "" : "\n") + q.name + " = " + exact_number(q.value) + " " +
+               q.unit + "; allowed " + exact_number(q.lower) + " to " + exact_number(q.upper) +
+               " (" + q.bound_from + ")";
+  }
   const bool inconclusive = outcome.status == Status::inconclusive;
   return record(
       "suite", outcome.suite, "name", outcome.name, "time", seconds_attribute(outcome.seconds),

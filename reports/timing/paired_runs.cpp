@@ -175,20 +175,6 @@ class Counts {
   std::map<std::string, InstructionCount> known_{};
 };
 
-PairedReport run_start(const PairedRuns& runs, const std::filesystem::path& scene, bench::Head head,
-                       std::uint64_t seed, bool head_first) {
-  std::vector<std::string> words{
-      own_program().string(),     "steps",    scene.string(),      "--library",
-      runs.base.string(),         "--beside", runs.head.string(),  "--pairs",
-      std::to_string(runs.pairs), "--seed",   std::to_string(seed)};
-  if (head_first) { words.emplace_back("--head-first"); }
-  if (head == bench::Head::planted) { words.emplace_back("--planted"); }
-  const ChildEnd end = run_child(words, runs.stop);
-  if (end.stopped) { throw std::runtime_error("interrupted"); }
-  if (end.status != 0) { throw std::runtime_error(end.last_words()); }
-  return paired_report_from(end.output);
-}
-
 /// Runs `git` in the source folder and returns the first line of its output.
 std::string git_says(const std::filesystem::path& source, const std::vector<std::string>& words,
                      const std::atomic<bool>* stop) {
@@ -248,7 +234,16 @@ bench::PairedMeasurement measurement_of(const PairedRuns& runs) {
     const auto most_starts = static_cast<std::uint64_t>(runs.starts) * most_looks;
     finding.starts = starts_until_decided(runs.starts, [&](int n) {
       const std::uint64_t of_start = seed * most_starts + static_cast<std::uint64_t>(n);
-      PairedReport report = run_start(runs, scene, head, of_start, n % 2 == 1);
+      std::vector<std::string> words{
+          own_program().string(),     "steps",    scene.string(),          "--library",
+          runs.base.string(),         "--beside", runs.head.string(),      "--pairs",
+          std::to_string(runs.pairs), "--seed",   std::to_string(of_start)};
+      if (n % 2 == 1) { words.emplace_back("--head-first"); }
+      if (head == bench::Head::planted) { words.emplace_back("--planted"); }
+      const ChildEnd end = run_child(words, runs.stop);
+      if (end.stopped) { throw std::runtime_error("interrupted"); }
+      if (end.status != 0) { throw std::runtime_error(end.last_words()); }
+      PairedReport report = paired_report_from(end.output);
       finding.same_motion = finding.same_motion && report.same_motion;
       return std::move(report.start);
     });

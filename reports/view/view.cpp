@@ -116,14 +116,6 @@ void add_nodes(View& view, const ViewInput& input, const ShownNodes& shown) {
   }
 }
 
-std::vector<int> numbers_of(const ShownNodes& shown, Eigen::Index nodes) {
-  std::vector<int> number(static_cast<std::size_t>(nodes), -1);
-  for (std::size_t n = 0; n < shown.nodes.size(); ++n) {
-    number[static_cast<std::size_t>(shown.nodes[n])] = static_cast<int>(n);
-  }
-  return number;
-}
-
 void add_grid(View& view, const ShownNodes& shown, const std::vector<int>& number) {
   if (!shown.grid) { return; }
   for (const int node : shown.nodes) {
@@ -163,17 +155,6 @@ ViewSurface skin_of(const CellGrid& grid, const NodeVectors& rest) {
   for (const int node : nodes) { skin.vertices.push_back({{node, 1.0}}); }
   skin.rest = rest(Eigen::all, nodes);
   return skin;
-}
-
-void add_surfaces(View& view, std::vector<ViewSurface> surfaces, const std::vector<int>& number) {
-  for (ViewSurface& surface : surfaces) {
-    for (auto& vertex : surface.vertices) {
-      for (ViewSurface::Support& support : vertex) {
-        support.node = number[static_cast<std::size_t>(support.node)];
-      }
-    }
-    view.surfaces.push_back(std::move(surface));
-  }
 }
 
 void add_springs(View& view, const SpringNetwork& network, const std::vector<int>& number) {
@@ -483,7 +464,10 @@ std::optional<View> make_view(const ViewInput& input) {
   }
   const ShownNodes shown = shown_nodes(network, focus_of(view, network, input.trace), needed);
   if (!shown.note.empty()) { view.notes.push_back(shown.note); }
-  const std::vector<int> number = numbers_of(shown, network.node_count());
+  std::vector<int> number(static_cast<std::size_t>(network.node_count()), -1);
+  for (std::size_t n = 0; n < shown.nodes.size(); ++n) {
+    number[static_cast<std::size_t>(shown.nodes[n])] = static_cast<int>(n);
+  }
   add_nodes(view, input, shown);
   tell_thin_layers(view, input.scene);
   add_grid(view, shown, number);
@@ -491,7 +475,14 @@ std::optional<View> make_view(const ViewInput& input) {
   if (surfaces.empty() && shown.grid) {
     surfaces.push_back(skin_of(*shown.grid, network.rest_position));
   }
-  add_surfaces(view, std::move(surfaces), number);
+  for (ViewSurface& surface : surfaces) {
+    for (auto& vertex : surface.vertices) {
+      for (ViewSurface::Support& support : vertex) {
+        support.node = number[static_cast<std::size_t>(support.node)];
+      }
+    }
+    view.surfaces.push_back(std::move(surface));
+  }
   add_springs(view, network, number);
   add_frames(view, input, shown);
   if (view.frames.empty()) { return std::nullopt; }

@@ -51,9 +51,6 @@ constexpr std::array by_word{Coloured{"skin", 0xe3b196},         Coloured{"fat",
 constexpr std::array<unsigned, 6> others{0xe0b79c, 0x8fb8a8, 0xb7a3cf,
                                          0xd69a7c, 0x93b5d6, 0xc3bf7d};
 
-/// Colour of a sequential scale, from pale at `share` 0 to dark at 1.
-Rgb scale_colour(double share) { return interpolated_colour(magma, share); }
-
 /// Colours of the labels. Labels without a keyword use a palette.
 std::vector<Rgb> tissue_colours(const std::vector<std::string>& labels) {
   std::vector<Rgb> colours;
@@ -151,19 +148,6 @@ void pack_nodes(PackedBytes& packed, const View& view, const Scales& scales) {
   }
 }
 
-void pack_springs(PackedBytes& packed, const View& view, const Scales& scales) {
-  Integers a, way;
-  std::vector<std::uint8_t> stiffness;
-  for (const ViewSpring& spring : view.springs) {
-    a.push_back(spring.a);
-    way.push_back(spring.b - spring.a);
-    stiffness.push_back(stiffness_byte(spring.stiffness, scales));
-  }
-  packed.add_differences(a, 32);
-  packed.add_differences(way, 32);
-  packed.add_bytes(stiffness);
-}
-
 /// Bounding box of a surface; a single point if it has no vertices.
 Eigen::AlignedBox3d bounds_of(const ViewSurface& surface) {
   Eigen::AlignedBox3d box(Eigen::Vector3d(0.0, 0.0, 0.0));
@@ -252,7 +236,9 @@ Json tool_json(const ViewTool& tool) {
 Json colours_json(const std::vector<std::string>& labels) {
   constexpr int stops = 33;
   Json scale = Json::array();
-  for (int n = 0; n < stops; ++n) { scale.push_back(hex_colour(scale_colour(n / (stops - 1.0)))); }
+  for (int n = 0; n < stops; ++n) {
+    scale.push_back(hex_colour(interpolated_colour(magma, n / (stops - 1.0))));
+  }
   return object("tissue", list_of(tissue_colours(labels), hex_colour), "scale", scale);
 }
 
@@ -285,7 +271,16 @@ EncodedView encoded_whole(const View& view) {
   const Scales scales = scales_of(view);
   PackedBytes packed;
   pack_nodes(packed, view, scales);
-  pack_springs(packed, view, scales);
+  Integers a, way;
+  std::vector<std::uint8_t> stiffness;
+  for (const ViewSpring& spring : view.springs) {
+    a.push_back(spring.a);
+    way.push_back(spring.b - spring.a);
+    stiffness.push_back(stiffness_byte(spring.stiffness, scales));
+  }
+  packed.add_differences(a, 32);
+  packed.add_differences(way, 32);
+  packed.add_bytes(stiffness);
   for (const ViewSurface& surface : view.surfaces) { pack_surface(packed, surface); }
   pack_frames(packed, view, scales);
   return {.header = header_of(view, scales), .numbers = base64(packed.deflated())};
@@ -362,12 +357,6 @@ HeatMap nearest_values(const Eigen::Matrix2Xd& points, const Eigen::VectorXd& va
     }
   }
   return map;
-}
-
-double enlargement_of(const View& view, const ViewFrame& frame) {
-  const double moved = frame.displacement.colwise().norm().maxCoeff();
-  const Eigen::Vector3d extent = view.rest.rowwise().maxCoeff() - view.rest.rowwise().minCoeff();
-  return view.tool || !(moved > 0.0) ? 1.0 : enlargement(moved, extent.maxCoeff());
 }
 
 std::string inert_script(const std::string& id, const std::string& type, const std::string& text) {
@@ -455,7 +444,10 @@ EncodedView encode(View view, std::size_t most) {
 std::vector<Figure> still_figures(const View& view) {
   const std::vector<Eigen::Index> nodes = section_of(view);
   const ViewFrame& peak = view.frames[view.peak];
-  const double enlarged = enlargement_of(view, peak);
+  const double furthest = peak.displacement.colwise().norm().maxCoeff();
+  const Eigen::Vector3d extent = view.rest.rowwise().maxCoeff() - view.rest.rowwise().minCoeff();
+  const bool to_scale = view.tool || !(furthest > 0.0);
+  const double enlarged = to_scale ? 1.0 : enlargement(furthest, extent.maxCoeff());
   const Eigen::Matrix2Xd rest = places_of(view, nodes, peak, 0.0);
   const Eigen::Matrix2Xd moved = places_of(view, nodes, peak, enlarged);
   const std::string cut =

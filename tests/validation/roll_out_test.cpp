@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "device/falcon/wire_recording.hpp"
+#include "device/falcon/emulator.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 #include "tests/validation/insertion_scenes.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 
 #include "device/falcon/driver.hpp"
+#include "device/falcon/emulator.hpp"
 #include "device/falcon/plant.hpp"
-#include "device/falcon/wire_recording.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"

@@ -320,35 +320,6 @@ TEST("the stock Jacobian leaves x and y exact everywhere and leaks them into z")
   CHECK_NEAR(quantile(gain, 1.0), 1.36, 0.02);
 }
 
-TEST("120 N along z wrap to full force the wrong way, and are clamped by a correct driver") {
-  DriverProfile stock(DriverProfile::Kind::stock);
-  const Command wrong = stock.words(Kinematics::centre(), {0.0, 0.0, 120.0});
-  CHECK((wrong.asked == std::array<std::int64_t, 3>{-38982, -38982, -38982}));
-  CHECK((wrong.sent == Words{26554, 26554, 26554}));
-  DriverProfile correct(DriverProfile::Kind::correct);
-  const Command right = correct.words(Kinematics::centre(), {0.0, 0.0, 120.0});
-  CHECK((right.sent == Words{-4096, -4096, -4096}));
-  CHECK(right.saturated);
-  const Eigen::Matrix3d J = *falcon.jacobian(Kinematics::centre());
-  CHECK(force_of_torque(J, torque_of_words({}, wrong.sent)).z() < -24.0);
-  CHECK(force_of_torque(J, torque_of_words({}, right.sent)).z() > 24.0);
-}
-
-TEST("a correct driver delivers what is asked to within a word, stock 1.9 times that in z") {
-  DriverProfile correct(DriverProfile::Kind::correct);
-  DriverProfile stock(DriverProfile::Kind::stock);
-  const Eigen::Matrix3d J = *falcon.jacobian(Kinematics::centre());
-  const auto delivered = [&](DriverProfile& driver, const Vector& force) {
-    return force_of_torque(J, torque_of_words({}, driver.words(Kinematics::centre(), force).sent));
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector force = Vector::Unit(axis);
-    // a word is 0.0026 N on each motor at the centre, 0.006 N where two of them oppose a third
-    CHECK_NEAR(delivered(correct, force), force, 0.01);
-    CHECK_NEAR(delivered(stock, force)[axis], axis == 2 ? 1.9 : 1.5, 0.06);
-  }
-}
-
 /// Largest displacement of half a count on each leg [m].
 double rounding_at(const Vector& position) {
   const Eigen::Matrix3d J = *falcon.jacobian(position);

@@ -203,30 +203,6 @@ TEST("one byte lost, doubled or changed anywhere loses at most the frame that wa
   every_single_byte<HostPacket>();
 }
 
-TEST("one long stream with every 16th frame hit keeps the other frames") {
-  const std::vector<DevicePacket> packets = numbered_packets<DevicePacket>();
-  const Stream whole = stream_of(packets);
-  Stream stream;
-  std::size_t hit = 0;
-  for (std::size_t n = 0; n < whole.size(); ++n) {
-    const std::size_t frame = n / packet_bytes;
-    const bool lost = frame % 16 == 8 && n % packet_bytes == (frame / 16) % packet_bytes;
-    hit += lost ? 1U : 0U;
-    if (!lost) { stream.push_back(whole[n]); }
-  }
-  PacketReader<DevicePacket> reader;
-  std::size_t right = 0;
-  for (const std::uint8_t byte : stream) {
-    const auto packet = reader.take(byte);
-    const auto number = packet ? static_cast<std::size_t>(packet->counts[0]) : 0U;
-    if (packet && *packet == packets.at(number)) { ++right; }
-  }
-  CHECK(hit > 60);
-  CHECK(right == frame_count - hit);
-  CHECK(reader.counts().frames == static_cast<std::int64_t>(right));
-  CHECK(reader.counts().skipped_bytes == static_cast<std::int64_t>(stream.size() - 16 * right));
-}
-
 TEST("a packet is complete at its last byte, and giving up forgets the packet under way") {
   PacketReader<HostPacket> reader;
   const HostPacket request{.words = {1, 2, 3}};

@@ -6,7 +6,7 @@
 
 #include "device/byte_link.hpp"
 #include "device/falcon/driver.hpp"
-#include "device/falcon/wire_recording.hpp"
+#include "device/falcon/emulator.hpp"
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"
 
