@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -12,6 +13,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "model/kernels/system.hpp"
@@ -458,6 +460,29 @@ SpectralBounds spectral_bounds(const NetworkProblem& problem) {
   return bounds;
 }
 
+std::optional<FirstMode> first_mode(const NetworkProblem& problem) {
+  constexpr std::size_t most_nodes = 8000;
+  constexpr int most_iterations = 100;
+  const std::size_t nodes = problem.free_nodes().size();
+  const bool held = problem.dof() < 3 * problem.network().node_count();
+  if (nodes == 0 || nodes > most_nodes || !held) { return {}; }
+  JacobianMatrix stiffness, damping;
+  problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), stiffness, damping);
+  const Eigen::SimplicialLDLT<JacobianMatrix> factors(stiffness);
+  if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0.0)) { return {}; }
+  VectorXd x = VectorXd::LinSpaced(problem.dof(), 1.0, 2.0);
+  double square = 0.0;
+  for (int n = 0; n < most_iterations; ++n) {
+    x /= std::sqrt(x.dot(problem.mass().cwiseProduct(x)));
+    x = factors.solve(problem.mass().cwiseProduct(x)).eval();
+    const double now = x.dot(stiffness * x) / x.dot(problem.mass().cwiseProduct(x));
+    if (std::abs(now - std::exchange(square, now)) < 1e-4 * now) { break; }
+  }
+  if (!(square > 0.0) || !std::isfinite(square)) { return {}; }
+  const double rate = x.dot(damping * x) / x.dot(problem.mass().cwiseProduct(x));
+  return FirstMode{std::sqrt(square), 0.5 * rate / std::sqrt(square)};
+}
+
 SpectralBounds spectral_bounds(const Oscillator& o) {
   const double omega = std::sqrt(o.stiffness / o.mass);
   return {omega, omega, o.viscosity / o.mass, o.stiffness > 0.0 ? o.viscosity / o.stiffness : 0.0};
@@ -543,6 +568,15 @@ double amplification(const IntegratorInfo& scheme, double omega, double damping,
   const std::complex<double> root =
       std::sqrt(std::complex<double>(half_trace * half_trace - step.determinant(), 0.0));
   return std::max(std::abs(half_trace + root), std::abs(half_trace - root));
+}
+
+double stepped_damping_ratio(const IntegratorInfo& scheme, const FirstMode& mode, double h) {
+  const Eigen::Matrix2d step =
+      ScalarStepper(scheme, mode.omega, 2.0 * mode.damping_ratio * mode.omega).step_matrix(h);
+  const double radius = std::sqrt(std::max(0.0, step.determinant()));
+  if (!(std::abs(step.trace()) < 2.0 * radius)) { return 1.0; }
+  const double decay = -std::log(radius);
+  return decay / std::hypot(decay, std::acos(0.5 * step.trace() / radius));
 }
 
 double stable_step(const IntegratorInfo& scheme, double omega, double damping) {

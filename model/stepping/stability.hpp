@@ -3,6 +3,8 @@
 /// Bounds on the frequencies and damping rates of a network, from its springs (model/EQUATIONS.md,
 /// "Spectral bounds").
 
+#include <optional>
+
 #include "model/problem/problem.hpp"
 #include "model/stepping/integrator_info.hpp"
 
@@ -20,6 +22,19 @@ struct SpectralBounds {
 
 SpectralBounds spectral_bounds(const NetworkProblem& problem);
 SpectralBounds spectral_bounds(const Oscillator& oscillator);
+
+/// Lowest mode of elastic motion about the initial state.
+struct FirstMode {
+  double omega = 0.0;          ///< [rad/s]
+  double damping_ratio = 0.0;  ///< of the dampers of springs and cells [1]
+};
+/// Returns the first mode by inverse iteration. Empty for tissue that nothing holds, and above 8000
+/// free nodes, where the factors of K take longer than a scene should take to load.
+std::optional<FirstMode> first_mode(const NetworkProblem& problem);
+
+/// Returns the damping ratio [1] with which steps of h move a mode: that of its decay per radian. 1
+/// if it does not oscillate. Implicit Euler adds about omega h / 2.
+double stepped_damping_ratio(const IntegratorInfo& scheme, const FirstMode& mode, double h);
 
 /// Returns the spectral radius of one step of h on x'' + damping x' + omega^2 x = 0.
 double amplification(const IntegratorInfo& scheme, double omega, double damping, double h);

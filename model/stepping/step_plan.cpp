@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -314,6 +315,30 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   plan.bounds.omega_upper = std::hypot(plan.bounds.omega_upper, std::sqrt(square));
 }
 
+/// Computes the damping that the scheme adds to the tissue's first mode, and warns if it exceeds
+/// the material's.
+void see_added_damping(const NetworkProblem& problem, StepPlan& plan) {
+  constexpr double negligible = 0.02;
+  const IntegratorInfo& scheme = *plan.integrator;
+  if (!(stepped_damping_ratio(scheme, {.omega = 1.0}, 0.1) > 0.01)) { return; }
+  plan.first_mode = first_mode(problem);
+  if (!plan.first_mode) { return; }
+  const double own = plan.first_mode->damping_ratio;
+  plan.stepped_damping_ratio = stepped_damping_ratio(scheme, *plan.first_mode, plan.h);
+  const std::string mode =
+      "the tissue's first mode (" + number(0.5 * plan.first_mode->omega / std::numbers::pi) +
+      " Hz) has a damping ratio of " + number(plan.stepped_damping_ratio) + " with steps of " +
+      number(plan.h) + " s, where its material gives " + number(own);
+  plan.integrator_reason += "; " + mode;
+  const double allowed = std::max(own, negligible);
+  if (plan.stepped_damping_ratio - own <= allowed) { return; }
+  // Implicit Euler adds omega h / 2.
+  const double enough = std::ceil(plan.substeps * 0.5 * plan.first_mode->omega * plan.h / allowed);
+  plan.warnings.push_back(mode +
+                          ": vibrations end too soon; simulation.substeps = " + number(enough) +
+                          " adds no more than the material's own, or " + number(negligible));
+}
+
 template <class Real> std::string instructions_of(bool lattice) {
   return lattice ? lattice_kernels<Real>().front().name : adjacency_kernels<Real>().front().name;
 }
@@ -353,6 +378,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
         "\"euler-cromer\", \"feynman-newton\" or \"feynman-newton-printed\"");
   }
   choose_substeps(scene, plan);
+  if (network != nullptr && !scene.simulation.printed.any()) { see_added_damping(*network, plan); }
   if (network == nullptr) {
     plan.kernel = single ? "oscillator-float" : "oscillator-double";
     if (skip) { plan.skipped.emplace_back("network, loads and gravity: a single oscillator"); }

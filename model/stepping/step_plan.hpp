@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct StepPlan {
   std::string substeps_reason{};
   double h = 0.0;  ///< step of the integrator [s]
   SpectralBounds bounds{};
+  /// First mode, and its damping ratio with these steps [1]; empty if the scheme adds no damping.
+  std::optional<FirstMode> first_mode{};
+  double stepped_damping_ratio = 0.0;
   std::map<std::string, double> stable_step{};  ///< by integrator [s]; infinite: no limit
   bool lattice = false;                         ///< regular lattice, computed in SIMD lanes
   int threads = 1;                              ///< number of threads for a lattice

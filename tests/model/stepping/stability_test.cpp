@@ -72,6 +72,57 @@ TEST("negative damping is stable at no step") {
   }
 }
 
+TEST("the damping ratio of a step is that of the mode, and implicit Euler adds h omega / 2") {
+  constexpr FirstMode mode{.omega = 400.0, .damping_ratio = 0.1};
+  for (const char* exact : {"rk4", "velocity-verlet", "implicit-midpoint"}) {
+    CHECK_NEAR(stepped_damping_ratio(*find_integrator(exact), mode, 1e-5), 0.1, 1e-5);
+  }
+  const IntegratorInfo& euler = *find_integrator("implicit-euler");
+  for (const double h : {1e-6, 1e-5, 1e-4}) {
+    const double added = stepped_damping_ratio(euler, mode, h) - 0.1;
+    CHECK_NEAR(added, 0.5 * h * mode.omega, h * mode.omega * (0.1 + h * mode.omega));
+  }
+  // Undamped: l = 1 / (1 - i z), of size 1 / sqrt(1 + z^2) and angle atan z.
+  const double z = 0.8;
+  const double decay = 0.5 * std::log(1.0 + z * z);
+  CHECK_NEAR(stepped_damping_ratio(euler, {.omega = 400.0}, z / 400.0),
+             decay / std::hypot(decay, std::atan(z)), 1e-12);
+  CHECK(stepped_damping_ratio(euler, {.omega = 400.0, .damping_ratio = 1.1}, 1e-4) == 1.0);
+}
+
+TEST("the first mode of a chain has its closed frequency and the damping of its dampers") {
+  constexpr int masses = 20;
+  SpringNetwork chain;
+  chain.rest_position = NodeVectors::Zero(3, masses + 1);
+  chain.mass = Eigen::VectorXd::Constant(masses + 1, 0.01);
+  chain.fixed.assign(masses + 1, 0);
+  chain.fixed[0] = 1;
+  for (int n = 0; n <= masses; ++n) { chain.rest_position(0, n) = 0.01 * n; }
+  // Springs across hold the chain on its line; they are stiff, so that the lowest mode is axial.
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int n = 1; n <= masses; ++n) {
+      if (axis == 0) {
+        chain.springs.push_back({n - 1, n, 100.0, 0.02, 0.01});
+        continue;
+      }
+      const int wall = static_cast<int>(chain.rest_position.cols());
+      chain.rest_position.conservativeResize(Eigen::NoChange, wall + 1);
+      chain.rest_position.col(wall) = chain.rest_position.col(n);
+      chain.rest_position(axis, wall) = 0.01;
+      chain.mass.conservativeResize(wall + 1);
+      chain.mass(wall) = 1.0;
+      chain.fixed.push_back(1);
+      chain.springs.push_back({wall, n, 1e5, 0.0, 0.01});
+    }
+  }
+  const auto mode = first_mode(NetworkProblem(chain)).value();
+  const double omega = 2.0 * std::sqrt(100.0 / 0.01) * std::sin(std::numbers::pi / 2.0 / 41.0);
+  CHECK_NEAR(mode.omega, omega, 1e-4 * omega);  // where the iteration ends
+  CHECK_NEAR(mode.damping_ratio, 0.5 * omega * 0.02 / 100.0, 1e-4 * mode.damping_ratio);
+  chain.fixed.assign(chain.fixed.size(), 0);
+  CHECK(!first_mode(NetworkProblem(chain)));
+}
+
 TEST("the bound of a network holds for every oscillator that it can contain") {
   const SpectralBounds bounds{900.0, 1000.0, 3000.0, 1e-4};
   for (const IntegratorInfo* scheme : integrators()) {

@@ -92,6 +92,25 @@ TEST("undamped Euler takes one step a tick, with the reason that none is stable 
   CHECK(mentions(plan.warnings, "expect divergence"));
 }
 
+TEST("implicit Euler says how it damps the first mode, with substeps that end the warning") {
+  Scene scene = moving_scene("implicit-euler");
+  scene.tissue.fixed = std::vector<Face>{Face::z_max};
+  scene.tissue.lattice.viscosity = 0.01;
+  const StepPlan plan = plan_of(scene);
+  REQUIRE(plan.first_mode.has_value());
+  CHECK_CONTAINS(plan.integrator_reason, "set by the scene; the tissue's first mode");
+  CHECK(plan.stepped_damping_ratio > 2.0 * plan.first_mode->damping_ratio);
+  REQUIRE(mentions(plan.warnings, "vibrations end too soon"));
+  const std::string& text = plan.warnings.back();
+  scene.simulation.substeps = std::stoi(text.substr(text.find("substeps = ") + 11));
+  CHECK(!mentions(plan_of(scene).warnings, "vibrations end too soon"));
+  --*scene.simulation.substeps;
+  CHECK(mentions(plan_of(scene).warnings, "vibrations end too soon"));
+  const StepPlan midpoint = plan_of(moving_scene("implicit-midpoint"));
+  CHECK(!midpoint.first_mode.has_value());
+  CHECK(midpoint.warnings.empty());
+}
+
 TEST("the printed form takes Euler-Cromer and one step a tick") {
   Scene scene = moving_scene("auto");
   scene.simulation.printed = PrintedForm::all();
