@@ -2,12 +2,16 @@
 
 #include "model/reduction/reduced_network.hpp"
 
+#include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 #include <vector>
 
 #include "model/kernels/list_network.hpp"
+#include "model/problem/spring_law.hpp"
 #include "model/reduction/mode_basis.hpp"
 
 namespace palpate {
@@ -322,5 +326,105 @@ template std::unique_ptr<NetworkSystem<double>> make_reduced_network(const Netwo
                                                                      const ReductionSetting&);
 template std::unique_ptr<NetworkSystem<float>> make_reduced_network(const NetworkProblem&,
                                                                     const ReductionSetting&);
+
+namespace {
+
+/// Computes K x of the springs about rest; zero at fixed nodes.
+NodeVectors stiffness_times(const SpringNetwork& network, const NodeVectors& x) {
+  NodeVectors f = NodeVectors::Zero(3, x.cols());
+  for (const Spring& s : network.springs) {
+    const Vector3d u =
+        (network.rest_position.col(s.b) - network.rest_position.col(s.a)).normalized();
+    const Vector3d pull = s.stiffness * u.dot(x.col(s.b) - x.col(s.a)) * u;
+    f.col(s.a) -= pull;
+    f.col(s.b) += pull;
+  }
+  for (int node = 0; node < network.node_count(); ++node) {
+    if (network.is_fixed(node)) { f.col(node).setZero(); }
+  }
+  return f;
+}
+
+/// Returns r . K^-1 r from below, by conjugate gradients until ten iterations add less than 1 %.
+double energy_left(const SpringNetwork& network, NodeVectors r) {
+  constexpr int most = 200;
+  constexpr int look = 10;
+  NodeVectors p = r;
+  double square = r.squaredNorm();
+  double energy = 0.0;
+  double before = 0.0;
+  for (int n = 1; n <= most && square > 0.0; ++n) {
+    const NodeVectors kp = stiffness_times(network, p);
+    const double alpha = square / p.cwiseProduct(kp).sum();
+    energy += alpha * square;
+    r -= alpha * kp;
+    const double next = r.squaredNorm();
+    p = r + next / square * p;
+    square = next;
+    if (n % look == 0 && energy < 1.01 * std::exchange(before, energy)) { break; }
+  }
+  return energy;
+}
+
+}  // namespace
+
+ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSetting& setting,
+                               const Vector3d& direction)
+    : network_(problem.network()) {
+  ReducedNetwork<double> reduced(problem, NearAndFar::of(problem, setting));
+  Eigen::SparseMatrix<double> a;
+  reduced.pattern(a);
+  const VectorXd still = VectorXd::Zero(reduced.dof());
+  reduced.jacobian(reduced.initial_position(), still, 0.0, 1.0, a);
+  a.diagonal() -= reduced.mass();
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> statics(a);
+  const auto is_far = [&](int node) {
+    return !network_.is_fixed(node) && !setting.near.holds(node);
+  };
+  std::ranges::copy_if(network_.springs, std::back_inserter(far_springs_),
+                       [&](const Spring& s) { return is_far(s.a) || is_far(s.b); });
+  for (const LoadCase& load : setting.load_cases) {
+    if (!direction.isZero() && std::abs(load.direction.dot(direction)) < 0.5) { continue; }
+    VectorXd force = still;
+    NodeVectors left = NodeVectors::Zero(3, network_.node_count());
+    for (const NeedlePath::Support& s : load.on) {
+      force.segment<3>(reduced.layout().first[static_cast<std::size_t>(s.node)]) +=
+          s.weight * load.direction;
+      left.col(s.node) += s.weight * load.direction;
+    }
+    const VectorXd moved = statics.solve(force);
+    Response response{.moved = NodeVectors(3, network_.node_count()),
+                      .compliance = moved.dot(force)};
+    for (int node = 0; node < network_.node_count(); ++node) {
+      const Index first = reduced.layout().first[static_cast<std::size_t>(node)];
+      response.moved.col(node) =
+          first >= 0 ? Vector3d(moved.segment<3>(first)) : reduced.moved(moved, node);
+    }
+    left -= stiffness_times(network_, response.moved);
+    const double lacking = energy_left(network_, std::move(left));
+    linear_ = std::max(linear_, lacking / (response.compliance + lacking));
+    responses_.push_back(std::move(response));
+  }
+}
+
+double ReductionError::nonlinear(const NodeVectors& position) const {
+  constexpr SpringTerms elastic{.viscous = false};
+  VectorXd work = VectorXd::Zero(std::ssize(responses_));
+  for (const Spring& s : far_springs_) {
+    const Vector3d rest = network_.rest_position.col(s.b) - network_.rest_position.col(s.a);
+    const Vector3d now = position.col(s.b) - position.col(s.a);
+    const Vector3d u = rest.normalized();
+    const double tension = SpringTension<elastic>::of(numbers_of<double>(s), now.norm(), 0.0);
+    const Vector3d excess = tension * now.normalized() - s.stiffness * u.dot(now - rest) * u;
+    for (Index n = 0; n < work.size(); ++n) {
+      const NodeVectors& moved = responses_[static_cast<std::size_t>(n)].moved;
+      work(n) += excess.dot(moved.col(s.a) - moved.col(s.b));
+    }
+  }
+  for (Index n = 0; n < work.size(); ++n) {
+    work(n) /= responses_[static_cast<std::size_t>(n)].compliance;
+  }
+  return work.size() == 0 ? 0.0 : work.cwiseAbs().maxCoeff();
+}
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 /// (model/EQUATIONS.md, "Far field").
 
 #include <memory>
+#include <vector>
 
 #include "model/kernels/network_system.hpp"
 #include "model/reduction/mode_basis.hpp"
@@ -16,5 +17,31 @@ namespace palpate {
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_reduced_network(const NetworkProblem& problem,
                                                           const ReductionSetting& setting);
+
+/// Estimates of what a reduced-order model changes, without the solution of the whole tissue
+/// (model/EQUATIONS.md, "Error of the far field"). Computed beside a run, not in its ticks.
+class ReductionError {
+ public:
+  /// Solves the reduced model for a unit force of each load case whose direction has a component of
+  /// half or more along `direction`; of each one if that is zero.
+  ReductionError(const NetworkProblem& problem, const ReductionSetting& setting,
+                 const Eigen::Vector3d& direction);
+  /// Largest share of the linear compliance that the modes lack [1]. Conjugate gradients bound it
+  /// from below.
+  [[nodiscard]] double linear() const { return linear_; }
+  /// Largest force [N] of the linear springs in excess of the exact ones, felt where a load case is
+  /// held at its displacement; `position` has all nodes [m]. First order.
+  [[nodiscard]] double nonlinear(const NodeVectors& position) const;
+
+ private:
+  struct Response {
+    NodeVectors moved{};  ///< of all nodes under a unit force [m/N]
+    double compliance = 0.0;
+  };
+  const SpringNetwork& network_;
+  std::vector<Spring> far_springs_{};
+  std::vector<Response> responses_{};
+  double linear_ = 0.0;
+};
 
 }  // namespace palpate

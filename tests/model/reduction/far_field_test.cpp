@@ -196,6 +196,35 @@ TEST("few shapes make the tissue stiffer, never softer, and more of them no more
   CHECK(before > 0.98 * whole(coordinate));  // 2 % is what a force may be off
 }
 
+TEST("the compliance that too few modes lack is found without the whole stiffness") {
+  const Setting setting(15);
+  const NetworkProblem& problem = setting.problem();
+  const Statics of_whole = statics_of(problem);
+  double before = 1.0;
+  for (const int modes : {4, 40, 200}) {
+    const auto owner = make_reduced_network<double>(problem, setting.leaving(modes));
+    const Statics of_reduced = statics_of(*owner);
+    double lacking = 0.0;
+    for (const LoadCase& load : load_cases_of(setting.scene, problem)) {
+      if (load.direction.z() == 0.0) { continue; }
+      VectorXd on_whole = VectorXd::Zero(problem.dof());
+      VectorXd on_reduced = VectorXd::Zero(owner->dof());
+      for (const NeedlePath::Support& s : load.on) {
+        on_whole(problem.coordinate(s.node) + 2) += s.weight;
+        on_reduced(owner->layout().first[static_cast<std::size_t>(s.node)] + 2) += s.weight;
+      }
+      const double whole = on_whole.dot(of_whole.solve(on_whole));
+      const double reduced = on_reduced.dot(of_reduced.solve(on_reduced));
+      lacking = std::max(lacking, 1.0 - reduced / whole);
+    }
+    const ReductionError error(problem, setting.leaving(modes), Vector3d::UnitZ());
+    CHECK(error.linear() < lacking * (1.0 + 1e-6) + 1e-9);  // conjugate gradients from below
+    CHECK_NEAR(error.linear(), lacking, 0.1 * lacking + 1e-9);
+    CHECK(error.linear() < before);
+    before = error.linear();
+  }
+}
+
 TEST("forces of a far field are the slope of its energy, and its matrices theirs") {
   const Setting setting(13);
   const auto owner = make_reduced_network<double>(setting.problem(), setting.leaving(30));
@@ -323,6 +352,29 @@ TEST("more modes bring the pulled node nearer, up to the nonlinear part, which f
   const double at_full_load = error_of_far_field(gentle);
   gentle.loads.front().force *= 0.1;
   CHECK_NEAR(error_of_far_field(gentle), 0.1 * at_full_load, 0.02 * at_full_load);
+}
+
+TEST("the force that linear springs add is estimated to a third where they are nearly linear") {
+  Scene scene = pulled_cube(0.025, 24);
+  scene.loads.front().force *= 3.0;
+  scene.simulation.duration = 4.0;  // then at rest
+  Scene all = scene;
+  all.simulation.near_radius = 0.0;
+  Simulation whole(all);
+  Simulation reduced(scene);
+  while (whole.ticks() < whole.tick_count()) {
+    (void)whole.tick();
+    (void)reduced.tick();
+  }
+  const int node = scene.loads.front().nodes.front();
+  const auto& problem = dynamic_cast<const NetworkProblem&>(reduced.problem());
+  const double moved = (whole.node_positions() - problem.network().rest_position).col(node).norm();
+  const double error = (reduced.node_positions() - whole.node_positions()).col(node).norm() / moved;
+  const ReductionError estimate(problem, *reduced.plan().far, Vector3d::Zero());
+  CHECK(error > 10.0 * estimate.linear());
+  CHECK_NEAR(estimate.nonlinear(reduced.node_positions()) / scene.loads.front().force.norm(), error,
+             0.33 * error);
+  CHECK_NEAR(estimate.nonlinear(problem.network().rest_position), 0.0, 1e-12);
 }
 
 TEST("near is what lies within the radius of a pushed node, along every line") {
