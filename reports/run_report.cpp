@@ -341,7 +341,10 @@ std::string to_html(const RunReport& report, const Trace& trace) {
                        .detail = report.detail},
             .provenance = report.provenance,
             .command = report.command};
-  add_notes(page, "Warnings", report.warnings);
+  if (!report.trust.empty() || !report.warnings.empty()) {
+    page.parts.emplace_back(Section{.heading = "How far to trust this",
+                                    .parts = {report.trust, Notes{report.warnings}}});
+  }
   page.parts.emplace_back(Section{.heading = "Key facts", .parts = {report.facts}});
   if (report.view) {
     page.parts.emplace_back(report.interactive ? view_section(*report.view)

@@ -40,6 +40,7 @@ struct RunReport {
   std::vector<Fact> facts{};
   std::vector<Figure> tool_figures{};  ///< figures shown after those of the trace
   std::vector<std::string> skipped{};
+  std::vector<Fact> trust{};  ///< estimated error of each source
   std::vector<std::string> warnings{};
   std::optional<View> view{};  ///< the run in three dimensions
   bool interactive = true;     ///< false: pictures of the view alone

@@ -12,6 +12,11 @@
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
+#include "model/problem/needle_path.hpp"
+#include "model/reduction/mode_basis.hpp"
+#include "model/reduction/reduced_network.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "model/tissue/voxel_tissue.hpp"
 #include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/falcon_script.hpp"
@@ -23,6 +28,7 @@
 #include "reports/view/view.hpp"
 #include "validation/outcome.hpp"
 #include "validation/palpation_map.hpp"
+#include "validation/refinement.hpp"
 #include "validation/roll_out.hpp"
 
 namespace palpate::cli {
@@ -32,6 +38,7 @@ struct RunOptions : CommonOptions {
   std::filesystem::path scene{};
   bool no_skip = false;
   bool real_time = false;
+  bool refine = false;             ///< measure the error by refined runs
   bool no_view = false;            ///< if true, report.html has no 3-D view
   bool packets = false;            ///< if true, packets.csv is written
   std::filesystem::path script{};  ///< script of faults on the Falcon's link
@@ -42,6 +49,7 @@ struct FinishedRun {
   Trace trace{};
   std::optional<FalconFacts> falcon{};               ///< facts of the device, for a hand-held tool
   std::optional<device::DeadlineFacts> real_time{};  ///< only with the wall clock
+  std::vector<std::string> warnings{};
 
   [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
     return trace.steps == 0 || springs == 0
@@ -99,6 +107,307 @@ Palpation palpate_skin(const LoadedScene& loaded) {
 
 using Json = nlohmann::ordered_json;
 
+// Error estimate: what changes at half the step, half the spacing, without the reduced-order model
+// and with equations solved to rounding (docs/formats.md, "Error estimate").
+
+std::string plain(double value, const char* unit) { return plain_number(value, 4) + " " + unit; }
+
+/// One source of error, and the run that measures it.
+struct ErrorSource {
+  std::string of{};                      ///< key in error_estimate
+  std::string label{};                   ///< name on the page
+  std::string how{};                     ///< how the refined run differs
+  std::vector<std::string> overrides{};  ///< that refine the scene
+  double cost = 1.0;                     ///< estimated time of the refined run, relative to the run
+  double nodes = 0.0;                    ///< about how many the refined scene has
+  std::string estimate{};                ///< where a share without a refined run comes from
+  std::string obstacle{};                ///< reason why there is no refined run; empty: there is
+  std::optional<double> share{};         ///< estimated error as a share of the peak
+  std::optional<RunDifference> difference{};
+  double seconds = 0.0;  ///< of the refined run
+};
+
+/// Above these numbers of nodes the whole tissue is too large to measure what a reduced-order model
+/// leaves out; it is then compared with one of twice the radius and modes.
+constexpr double most_nodes_implicit = 20'000;
+constexpr double most_nodes_explicit = 300'000;
+
+void plan_finer_spacing(const Scene& scene, ErrorSource& source) {
+  const auto halved = [&](const std::string& table, const std::vector<int>& nodes, double spacing) {
+    std::string list;
+    for (const int n : nodes) {
+      list += (list.empty() ? "[" : ", ") + std::to_string(2 * n - 1);
+      source.nodes *= (2.0 * n - 1.0) / n;
+    }
+    if (nodes.size() == 2) { source.nodes *= 2.0; }
+    source.overrides = {table + ".nodes=" + list + "]",
+                        table + ".spacing=" + plain_number(0.5 * spacing, 17)};
+    source.how = "spacing of " + plain(mm * 0.5 * spacing, "mm") + " in place of " +
+                 plain(mm * spacing, "mm");
+  };
+  const Tissue& tissue = scene.tissue;
+  if (tissue.source == Source::layers) {
+    halved("tissue.layers", {tissue.block.nodes.begin(), tissue.block.nodes.end()},
+           tissue.block.spacing);
+  } else if (tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::cell) {
+    halved("tissue.lattice", {tissue.lattice.nodes.begin(), tissue.lattice.nodes.end()},
+           tissue.lattice.spacing);
+  } else if (tissue.source == Source::mesh) {
+    const double voxel = tissue.voxels->nodes.spacing.x();
+    source.overrides = {"tissue.mesh.voxel=" + plain_number(0.5 * voxel, 17)};
+    source.how =
+        "voxels of " + plain(mm * 0.5 * voxel, "mm") + " in place of " + plain(mm * voxel, "mm");
+    source.nodes *= 8.0;
+  } else if (tissue.source == Source::mri) {
+    const long stride =
+        std::lround(tissue.voxels->nodes.spacing.x() / tissue.voxels->image->spacing.x());
+    if (stride % 2 != 0) { source.obstacle = "the image has no pixels between its nodes"; }
+    source.overrides = {"tissue.mri.stride=" + std::to_string(stride / 2)};
+    source.how = "every " + std::to_string(stride / 2) + " pixels in place of every " +
+                 std::to_string(stride) + ", within slices";
+    source.nodes *= 4.0;
+  } else {
+    source.obstacle = "the springs are the model itself, not the mesh of a continuum";
+  }
+}
+
+/// Returns the sources of error of a loaded scene, with the refined scenes that measure them.
+std::vector<ErrorSource> error_sources(const LoadedScene& loaded) {
+  const Scene& scene = loaded.file.scene;
+  const StepPlan& plan = loaded.simulation().plan();
+  const NetworkProblem* network = loaded.network();
+  const bool implicit = plan.integrator->implicit;
+  const double nodes =
+      network != nullptr ? static_cast<double>(network->network().node_count()) : 1.0;
+  const auto number = [](double value) { return plain_number(value, 17); };
+  ErrorSource space{.of = "space", .label = "spacing", .nodes = nodes};
+  ErrorSource time{.of = "time", .label = "step", .nodes = nodes};
+  ErrorSource reduction{.of = "reduction", .label = "reduced-order model", .nodes = nodes};
+  ErrorSource solver{.of = "solver", .label = "solver", .nodes = nodes};
+  plan_finer_spacing(scene, space);
+  // A solution with factors of a block of n nodes costs n^(4/3), explicit substeps double.
+  const double growth = space.nodes / nodes;
+  space.cost = implicit ? std::pow(growth, 4.0 / 3.0) : 2.0 * growth;
+  time.how = "steps of " + plain(0.5 * plan.h, "s") + " in place of " + plain(plan.h, "s");
+  time.cost = 2.0;
+  if (scene.simulation.printed.any()) {
+    time.obstacle = "the printed equations have one step a tick";
+  }
+  if (!plan.far) {
+    reduction.obstacle = "every node is integrated";
+  } else {
+    const double near =
+        static_cast<double>(std::ranges::count(plan.far->near.near, static_cast<unsigned char>(1)));
+    const bool whole = nodes <= (implicit ? most_nodes_implicit : most_nodes_explicit);
+    const double radius = whole ? 0.0 : 2.0 * scene.simulation.near_radius;
+    reduction.overrides = {"simulation.near_radius=" + number(radius)};
+    reduction.how = "every node integrated";
+    reduction.cost = std::pow(nodes / near, implicit ? 4.0 / 3.0 : 1.0);
+    if (!whole) {
+      const int modes = 2 * scene.simulation.far_modes;
+      reduction.overrides.push_back("simulation.far_modes=" + std::to_string(modes));
+      reduction.how = "twice the radius and modes, " + plain(mm * radius, "mm") + " and " +
+                      std::to_string(modes) + ": the whole tissue is too large";
+      reduction.cost = implicit ? 16.0 : 8.0;
+    }
+  }
+  const double tolerance = scene.simulation.solver_tolerance;
+  if (!implicit || !(tolerance > 0.0)) {
+    solver.share = 0.0;
+    solver.obstacle = implicit ? "its equations are solved to rounding error"
+                               : "an explicit scheme solves no equations";
+  } else {
+    solver.overrides = {"simulation.solver_tolerance=0.0"};
+    solver.how = "equations solved to rounding error in place of " + plain_number(tolerance, 3);
+    solver.cost = 2.0;
+  }
+  std::vector<ErrorSource> sources{std::move(space), std::move(time), std::move(reduction),
+                                   std::move(solver)};
+  for (ErrorSource& source : sources) {
+    source.overrides.push_back("simulation.integrator=\"" + std::string(plan.integrator->name) +
+                               "\"");
+    const bool finer = source.of == "space";
+    // The stable step of an explicit scheme falls with the spacing: "auto" finds it.
+    if (finer && !implicit && !scene.simulation.substeps) { continue; }
+    const int factor = source.of == "time" || (finer && !implicit) ? 2 : 1;
+    source.overrides.push_back("simulation.substeps=" + std::to_string(factor * plan.substeps));
+  }
+  return sources;
+}
+
+/// Runs the refined scene of one source and compares it. Returns false if it was interrupted.
+bool measure(const RunOptions& options, const LoadedScene& loaded, const Trace& trace,
+             const RunControl& control, ErrorSource& source) {
+  std::vector<std::string> overrides = options.overrides;
+  append(overrides, source.overrides);
+  Trace refined;
+  try {
+    Scene scene = io::read_scene(options.scene, overrides).scene;
+    const NetworkProblem* coarse = loaded.network();
+    const SpringNetwork network = coarse != nullptr ? build_network(scene) : SpringNetwork{};
+    if (source.of == "space") {
+      const Tissue& tissue = loaded.file.scene.tissue;
+      const Eigen::Vector3d spacing =
+          tissue.voxels ? tissue.voxels->nodes.spacing
+                        : Eigen::Vector3d::Constant(coarse->network().springs.lattice()->spacing);
+      move_to_finer_nodes(scene, coarse->network(), network, spacing);
+    }
+    ModelSubject subject;
+    subject.load(scene, network, !options.no_skip);
+    source.nodes = static_cast<double>(std::max<Eigen::Index>(network.node_count(), 1));
+    if (interrupted) { return false; }
+    refined = roll_out(subject, scene, {}, control);
+  } catch (const InputError& problem) {
+    source.obstacle = std::string("the refined scene is refused: ") + problem.what();
+    return true;
+  }
+  source.seconds = refined.seconds;
+  if (refined.interrupted) { return false; }
+  if (refined.diverged) {
+    source.obstacle = "the refined run diverged at t = " + plain(refined.diverged_at, "s");
+    return true;
+  }
+  source.difference = difference_of(trace, refined);
+  if (source.difference) { source.share = source.difference->share(); }
+  return true;
+}
+
+std::string percent(double share) {
+  return share > 0.0 && share < 1e-5 ? "under 0.001 %" : plain_number(100.0 * share, 2) + " %";
+}
+
+/// Estimates the error of the reduced-order model from its own solution, and warns above 2 %.
+void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSource& source,
+                        std::vector<std::string>& warnings) {
+  const Scene& scene = loaded.file.scene;
+  const StepPlan& plan = loaded.simulation().plan();
+  if (!plan.far) { return; }
+  const NetworkProblem& problem = *loaded.network();
+  const bool tool = scene.needle || scene.probe;
+  const ReductionError error(
+      problem, *plan.far,
+      tool ? NeedlePath(scene, problem.network()).direction() : Eigen::Vector3d::Zero().eval());
+  double peak = 0.0;
+  for (const Load& load : problem.loads()) { peak = std::max(peak, load.force.norm()); }
+  if (tool) { peak = std::ranges::max(trace.values("tool.force_n")); }
+  double force = 0.0;
+  for (const Frames* frames : {&trace.frames, &trace.keyframes}) {
+    for (const NodeVectors& position : frames->position) {
+      force = std::max(force, error.nonlinear(position));
+    }
+  }
+  const double nonlinear = peak > 0.0 ? force / peak : 0.0;
+  source.share = error.linear() + nonlinear;
+  source.estimate =
+      percent(error.linear()) + " by too few modes, " + percent(nonlinear) +
+      " by springs beyond simulation.near_radius that are stretched too far to be linear";
+  constexpr double accepted = 0.02;
+  if (*source.share <= accepted) { return; }
+  warnings.push_back("the reduced-order model changes the force by about " +
+                     percent(*source.share) + ": " + source.estimate +
+                     "; increase simulation.near_radius or far_modes");
+}
+
+Json json_of(const ErrorSource& source) {
+  Json json = object("of", source.of);
+  if (!source.difference) {
+    json["reason"] = source.obstacle.empty() ? "not finished" : source.obstacle;
+    return json;
+  }
+  const RunDifference& difference = *source.difference;
+  add_keys(json, "how", source.how, "nodes", source.nodes, "wall_s", source.seconds, "peak",
+           difference.reference, "peak_difference", difference.peak, "curve_difference",
+           difference.curve, "extra_events", difference.extra_events, "events",
+           list_of(difference.events, [](const MovedEvent& event) {
+             return object("kind", event.kind, "detail", event.detail, "depth_m", event.place,
+                           "refined_depth_m", event.refined_place);
+           }));
+  return json;
+}
+
+/// One fact for each source of error: its share, or that it is not estimated.
+std::vector<Fact> trust_facts(const std::vector<ErrorSource>& sources, const StepPlan& plan) {
+  std::vector<Fact> facts;
+  for (const ErrorSource& source : sources) {
+    std::string value = source.share ? percent(*source.share) : "not estimated";
+    std::string why = source.obstacle.empty() ? source.estimate : source.obstacle;
+    if (source.difference) {
+      const RunDifference& difference = *source.difference;
+      double shift = 0.0;
+      long lost = difference.extra_events;
+      for (const MovedEvent& event : difference.events) {
+        if (!event.refined_place) { ++lost; }
+        shift = std::max(shift, std::abs(event.refined_place.value_or(event.place) - event.place));
+      }
+      why = "of the peak, with " + source.how + ": " + percent(difference.peak) + " at the peak, " +
+            percent(difference.curve) + " along the curve";
+      if (shift > 1e-6) { why += "; events move by up to " + plain(mm * shift, "mm"); }
+      if (lost > 0) { why += "; " + counted(lost, "event", "events") + " of one run alone"; }
+    } else if (!source.share && source.obstacle.empty()) {
+      why = "palpate run --refine";
+    }
+    if (source.of == "reduction" && !plan.far) { value = "none"; }
+    if (source.of == "time" && plan.first_mode) {
+      why += "; it damps the first mode with a ratio of " +
+             plain_number(plan.stepped_damping_ratio, 3) + ", the material with " +
+             plain_number(plan.first_mode->damping_ratio, 3);
+    }
+    facts.push_back({source.label, value, why});
+  }
+  return facts;
+}
+
+/// Checks that refined runs have something to refine and something to compare.
+void refuse_without_measure(const RunOptions& options, const LoadedScene& loaded) {
+  const Scene& scene = loaded.file.scene;
+  if (options.real_time) {
+    throw InputError("--refine with --real-time: refined runs do not keep to the clock; use one");
+  }
+  const bool recorded = std::ranges::any_of(scene.records, [](const Record& record) {
+    return std::ranges::count(record.quantities, RecordedQuantity::position) > 0;
+  });
+  if (loaded.network() != nullptr && !scene.needle && !scene.probe && !recorded) {
+    throw InputError(options.scene.string() +
+                     ": --refine compares the force on a tool or the positions of records, and "
+                     "the scene has neither; add a [[record]]");
+  }
+  std::string reasons;
+  for (const ErrorSource& source : error_sources(loaded)) {
+    if (source.obstacle.empty()) { return; }
+    reasons += "; " + source.label + ": " + source.obstacle;
+  }
+  throw InputError(options.scene.string() + ": --refine has nothing to refine" + reasons);
+}
+
+/// Measures every source of error that can be refined. Returns false if it was interrupted.
+bool refine(const RunOptions& options, const LoadedScene& loaded, const Trace& trace,
+            RunControl control, std::vector<ErrorSource>& sources) {
+  const auto say = [&](const std::string& line) {
+    if (!options.quiet) { std::printf("%s\n", line.c_str()); }
+    std::fflush(stdout);
+  };
+  control.falcon = nullptr;
+  control.device.observer = nullptr;
+  for (const ErrorSource& source : sources) {
+    say(source.obstacle.empty() ? "refine " + source.of + ": " + source.how + "; about " +
+                                      plain_number(std::round(source.nodes), 9) + " nodes and " +
+                                      plain(source.cost * trace.seconds, "s")
+                                : "refine " + source.of + ": not done, " + source.obstacle);
+  }
+  // The cheapest first: an interruption keeps what is finished.
+  std::vector<ErrorSource*> order;
+  for (ErrorSource& source : sources) {
+    if (source.obstacle.empty()) { order.push_back(&source); }
+  }
+  std::ranges::stable_sort(order, {}, &ErrorSource::cost);
+  for (ErrorSource* source : order) {
+    if (!measure(options, loaded, trace, control, *source)) { return false; }
+    say("refined " + source->of + " in " + plain(source->seconds, "s") + ": " +
+        (source->share ? percent(*source->share) + " of the peak" : source->obstacle));
+  }
+  return true;
+}
+
 Json device_json(const FalconFacts& facts) {
   Json json =
       object("ticks", facts.ticks, "saturated_ticks", facts.saturated, "unanswered_requests",
@@ -145,7 +454,8 @@ void add_peaks(const Trace& trace, Json& json) {
   json["deepest_m"] = std::ranges::max(place);
 }
 
-std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
+std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
+                         const std::vector<ErrorSource>& sources, bool refined) {
   const Trace& trace = run.trace;
   const Simulation& simulation = loaded.simulation();
   const StepPlan& plan = simulation.plan();
@@ -158,6 +468,15 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
   add_keys(json, "smallest_jacobian", trace.smallest_jacobian, "smallest_jacobian_at_s",
            trace.smallest_jacobian_at);
   add_peaks(trace, json);
+  Json estimate = Json::object();
+  for (const ErrorSource& source : sources) { add_keys(estimate, source.of.c_str(), source.share); }
+  json["error_estimate"] = estimate;
+  if (refined) { json["refinement"] = list_of(sources, json_of); }
+  if (plan.first_mode) {
+    json["first_mode"] =
+        object("omega_rad_per_s", plan.first_mode->omega, "damping_ratio",
+               plan.first_mode->damping_ratio, "stepped_damping_ratio", plan.stepped_damping_ratio);
+  }
   add_keys(json, "nodes", network != nullptr ? network->network().node_count() : 1, "springs",
            network != nullptr ? network->network().springs.size() : 1, "ticks", trace.ticks,
            "steps", trace.steps, "integrator", plan.integrator->name, "integrator_reason",
@@ -167,7 +486,7 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run) {
            trace.seconds, "slowest_tick_s", trace.slowest_tick, "ns_per_spring_step",
            run.ns_per_spring_step(simulation.spring_count()), "kernel", plan.kernel);
   if (plan.sleep_force > 0.0) { json["awake_share"] = simulation.awake_share(); }
-  add_keys(json, "skipped", plan.skipped, "warnings", plan.warnings, "zero_length_springs",
+  add_keys(json, "skipped", plan.skipped, "warnings", run.warnings, "zero_length_springs",
            simulation.zero_length_springs(), "energy",
            object("initial_j", trace.energy.initial, "final_j", trace.energy.final, "max_j",
                   trace.energy.maximum));
@@ -256,7 +575,7 @@ void add_view(RunReport& report, const LoadedScene& loaded, const Trace& trace) 
 }
 
 RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const FinishedRun& run,
-                    const Palpation& palpation,
+                    const Palpation& palpation, const std::vector<ErrorSource>& sources,
                     const std::map<std::string, std::string>& provenance) {
   const Scene& scene = loaded.file.scene;
   const Trace& trace = run.trace;
@@ -266,7 +585,8 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
                    .facts = tool_facts(trace),
                    .tool_figures = falcon_figures(trace),
                    .skipped = plan.skipped,
-                   .warnings = plan.warnings,
+                   .trust = trust_facts(sources, plan),
+                   .warnings = run.warnings,
                    .provenance = facts_of_map(provenance),
                    .command = options.command};
   report.verdict = trace.diverged ? "Diverged at t = " + quantity(trace.diverged_at, "s")
@@ -305,7 +625,7 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
 
 void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
   const StepPlan& plan = loaded.simulation().plan();
-  for (const std::string& warning : plan.warnings) {
+  for (const std::string& warning : run.warnings) {
     std::fprintf(stderr, "palpate: warning: %s\n", warning.c_str());
   }
   if (run.trace.diverged) {
@@ -376,12 +696,13 @@ int run_scene(const RunOptions& options) {
   const double rate =
       in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
   refuse_without_line(options, scene, in_hand);
+  if (options.refine) { refuse_without_measure(options, loaded); }
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
   const NetworkProblem* network = loaded.network();
   if (network != nullptr) { samples.cells = &network->network(); }
-  if (network != nullptr && !options.no_view) {
+  if (network != nullptr && (!options.no_view || loaded.simulation().plan().far)) {
     samples.keyframes = events_shown(network->network().node_count());
   }
   RunControl control = run_control(options.quiet);
@@ -401,15 +722,26 @@ int run_scene(const RunOptions& options) {
   if (network != nullptr && !result.trace.frames.position.empty()) {
     io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
   }
-  io::replace_file(folder / "summary.json", summary_json(loaded, result));
+  result.warnings = loaded.simulation().plan().warnings;
+  std::vector<ErrorSource> sources = error_sources(loaded);
+  estimate_reduction(loaded, result.trace, sources[2], result.warnings);
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
-  io::replace_file(
-      folder / "report.html",
-      to_html(report_of(options, loaded, result, palpation, provenance), result.trace));
+  const auto write = [&](bool refined) {
+    io::replace_file(folder / "summary.json", summary_json(loaded, result, sources, refined));
+    io::replace_file(
+        folder / "report.html",
+        to_html(report_of(options, loaded, result, palpation, sources, provenance), result.trace));
+  };
+  write(false);
   if (!options.quiet) { tell(result, loaded, folder); }
   if (result.trace.interrupted) { return interrupted_code; }
+  if (options.refine && !result.trace.diverged) {
+    const bool finished = refine(options, loaded, result.trace, control, sources);
+    write(true);
+    if (!finished) { return interrupted_code; }
+  }
   return result.trace.diverged || result.trace.inverted_cells > 0 ? fell_short : done;
 }
 
@@ -420,6 +752,9 @@ void add_run(Program& program) {
   add_scene(command, options, options.scene);
   command.add_flag("--no-skip", options.no_skip,
                    "compute what the scene does not need; same result");
+  command.add_flag("--refine", options.refine,
+                   "estimate the error: run again at half the step and half the spacing, and where "
+                   "the scene has them without reduced-order model and solver tolerance");
   command.add_flag("--no-view", options.no_view,
                    "no 3-D view in report.html, and no data recorded for it");
   command.add_flag("--real-time", options.real_time,

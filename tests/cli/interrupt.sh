@@ -16,3 +16,13 @@ for file in trace.csv trace.h5 summary.json; do
 done
 grep -q '"status": "interrupted"' "$out/summary.json"
 [ "$(find "$out" -name '*.tmp*' | wc -l)" -eq 0 ]
+
+# During a refined run: the run itself and the refinements that are finished stay.
+"$palpate" run "$scenes/cube.toml" --refine --set simulation.duration=5.0 --out "$out" --quiet &
+pid=$!
+until grep -q '"status": "ok"' "$out/summary.json"; do sleep 0.05; done
+kill -INT "$pid"
+status=0
+wait "$pid" || status=$?
+[ "$status" -eq 130 ] || { echo "exit status $status, expected 130"; exit 1; }
+grep -q '"reason": "not finished"' "$out/summary.json"
