@@ -200,10 +200,10 @@ template <class T, class Check> bool all_numbers(const T& member, Check holds) {
   } else if constexpr (requires { member.has_value(); }) {
     return !member || all_numbers(*member, holds);
   } else if constexpr (requires { member.data()[member.size()]; }) {
-    using Number = std::remove_cvref_t<decltype(*member.data())>;
-    if constexpr (std::same_as<Number, double> || std::same_as<Number, int>) {
-      const std::span<const Number> all(member.data(), static_cast<std::size_t>(member.size()));
-      for (const Number number : all) {
+    using Element = std::remove_cvref_t<decltype(*member.data())>;
+    if constexpr (std::same_as<Element, double> || std::same_as<Element, int>) {
+      const std::span<const Element> all(member.data(), static_cast<std::size_t>(member.size()));
+      for (const Element number : all) {
         if (!holds(number)) { return false; }
       }
     }
