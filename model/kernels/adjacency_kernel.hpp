@@ -77,22 +77,41 @@ template <class Real, class Arch> struct PaddedVectors {
   }
 };
 
+/// What a loop over adjacency groups computes.
+struct Terms {
+  bool damped = false;
+  bool measured = false;      ///< the elastic energy as well
+  bool law = false;           ///< stiffening and relaxation
+  bool tension_only = false;  ///< elastic tensions and no forces
+};
+
 /// Loop over the springs of adjacency groups.
-template <bool is_damped, bool is_measured, class Real, class Arch> class GroupLoop {
+template <Terms terms, class Real, class Arch> class GroupLoop {
  public:
+  static constexpr bool is_damped = terms.damped;
+  static constexpr bool is_measured = terms.measured;
   using Four = PaddedVectors<Real, Arch>;
   using Padded = typename Four::Padded;
   using Batch = xsimd::batch<Real, Arch>;
   static constexpr long lanes = static_cast<long>(Batch::size);
 
   GroupLoop(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept
-      : q_(q), v_(v), f_(f), partners_(view.partners), numbers_(view.numbers) {}
+      : q_(q),
+        v_(v),
+        f_(f),
+        partners_(view.partners),
+        numbers_(view.numbers),
+        share_(view.share),
+        held_(view.held),
+        tension_(view.tension),
+        stiffening_(view.stiffening) {}
 
   void pass(const Group& group) noexcept {
     place_ = Four::load(q_ + group.node);
     if constexpr (is_damped) { velocity_ = Four::load(v_ + group.node); }
     Padded force{};
     for (int n = 0; n < group.batches; ++n) { force = add_batch(force); }
+    if constexpr (terms.tension_only) { return; }
     Four::store(Four::load(f_ + group.node) + force, f_ + group.node);
   }
   [[nodiscard]] double energy() const noexcept {
@@ -110,11 +129,35 @@ template <bool is_damped, bool is_measured, class Real, class Arch> class GroupL
         .stiffness = load(numbers_),
         .rest = load(numbers_ + lanes),
         .viscosity = is_damped ? load(numbers_ + 2 * lanes) : Batch(Real(0))};
+    if constexpr (terms.law) { return pull_of_law(spring, square, closing); }
     if constexpr (is_measured) {
       energy_ = add_twice_energy(spring, Batch(lengths.length()), energy_);
     }
     if constexpr (is_damped) { return lengths.pull(spring, Four::sums(closing)); }
     return lengths.pull(spring);
+  }
+  /// Returns the same for springs that stiffen or relax. Only tensions are needed if the loop
+  /// computes no forces.
+  Batch pull_of_law(const SpringNumbers<Batch>& spring, const Batch& square,
+                    const Padded* closing) noexcept {
+    const Batch length = xsimd::sqrt(square + Batch(least_square<Real>));
+    Batch extension = length - spring.rest;
+    if (!stiffening_.linear) {
+      extension = spring.rest * stretched(stiffening_, Batch(extension / spring.rest)).value;
+    }
+    const Batch elastic = spring.stiffness * extension;
+    if constexpr (terms.tension_only) {
+      elastic.store_unaligned(tension_);
+      tension_ += lanes;
+      return elastic;
+    } else {
+      const Batch inverse = Batch(Real(1)) / length;
+      const Batch viscous = spring.viscosity * (Four::sums(closing) * inverse);
+      const Batch tension = load(share_) * elastic - load(held_) + viscous;
+      share_ += lanes;
+      held_ += lanes;
+      return tension * inverse;
+    }
   }
   /// Prefetches constants and partners: hardware prefetchers are too slow for this stream. Always
   /// inline, because g++ 12 removes a call that only prefetches.
@@ -139,6 +182,12 @@ template <bool is_damped, bool is_measured, class Real, class Arch> class GroupL
       squares[n] = d[n] * d[n];
       if constexpr (is_damped) { closing[n] = (velocity_ - Four::load(v_ + far[n])) * d[n]; }
     }
+    if constexpr (terms.tension_only) {
+      (void)pull(Four::sums(squares), closing);
+      partners_ += lanes;
+      numbers_ += batch_numbers(true) * lanes;
+      return force;
+    }
     Real factor[lanes];
     pull(Four::sums(squares), closing).store_unaligned(factor);
     for (long n = 0; n < lanes; ++n) {
@@ -156,14 +205,18 @@ template <bool is_damped, bool is_measured, class Real, class Arch> class GroupL
   Real* f_;
   const int* partners_;
   const Real* numbers_;
+  const Real* share_;
+  const Real* held_;
+  Real* tension_;
+  StiffeningNumbers<Real> stiffening_;
   Padded place_{};
   Padded velocity_{};
   Batch energy_ = Batch(Real(0));
 };
 
-template <bool is_damped, bool is_measured, class Real, class Arch>
+template <Terms terms, class Real, class Arch>
 double pass_all(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept {
-  GroupLoop<is_damped, is_measured, Real, Arch> loop(view, q, v, f);
+  GroupLoop<terms, Real, Arch> loop(view, q, v, f);
   for (long n = 0; n < view.count; ++n) { loop.pass(view.groups[n]); }
   return loop.energy();
 }
@@ -208,10 +261,12 @@ template <class Real, class Arch> double advance(const Move<Real>& move, long no
 template <class Real, class Arch> Kernels<Real> kernels_for(const char* name) noexcept {
   return {.name = name,
           .lanes = static_cast<int>(xsimd::batch<Real, Arch>::size),
-          .damped = &pass_all<true, false, Real, Arch>,
-          .damped_measured = &pass_all<true, true, Real, Arch>,
-          .undamped = &pass_all<false, false, Real, Arch>,
-          .undamped_measured = &pass_all<false, true, Real, Arch>,
+          .damped = &pass_all<Terms{.damped = true}, Real, Arch>,
+          .damped_measured = &pass_all<Terms{.damped = true, .measured = true}, Real, Arch>,
+          .undamped = &pass_all<Terms{}, Real, Arch>,
+          .undamped_measured = &pass_all<Terms{.measured = true}, Real, Arch>,
+          .of_law = &pass_all<Terms{.damped = true, .law = true}, Real, Arch>,
+          .tension_of_law = &pass_all<Terms{.law = true, .tension_only = true}, Real, Arch>,
           .spread = &spread<Real, Arch>,
           .collect = &collect<Real, Arch>,
           .advance = &advance<Real, Arch>};

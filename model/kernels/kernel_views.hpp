@@ -140,6 +140,11 @@ template <class Real> struct View {
   long count = 0;
   const int* partners = nullptr;  ///< first coordinates of the other ends, per batch
   const Real* numbers = nullptr;  ///< constants of the springs, per batch
+  // For springs of one material law only:
+  StiffeningNumbers<Real> stiffening{};
+  const Real* share = nullptr;  ///< of the elastic tension that acts, per batch; see Relaxed
+  const Real* held = nullptr;   ///< per batch [N]
+  Real* tension = nullptr;      ///< elastic tension without relaxation, per batch [N]
 };
 
 /// Adds the forces of springs and dampers to f. Vectors hold padded 4-vectors of the free nodes and
@@ -172,6 +177,8 @@ template <class Real> struct Kernels {
   Force<Real> damped_measured = nullptr;
   Force<Real> undamped = nullptr;
   Force<Real> undamped_measured = nullptr;
+  Force<Real> of_law = nullptr;          ///< springs and dampers of a material law
+  Force<Real> tension_of_law = nullptr;  ///< writes View::tension only
   Spread<Real> spread = nullptr;
   Collect<Real> collect = nullptr;
   Advance<Real> advance = nullptr;
@@ -240,37 +247,6 @@ template <class Real> struct Kernels {
 
 }  // namespace palpate::cells
 
-namespace palpate::laws {
-
-/// Springs of one material law, in batches of one per lane.
-template <class Real> struct Group {
-  long batches = 0;
-  StiffeningNumbers<Real> stiffening{};
-};
-template <class Real> struct View {
-  const Group<Real>* groups = nullptr;
-  long count = 0;
-  /// [batch][end][lane]: index of x; -1 - n: place n of `fixed`
-  const int* ends = nullptr;
-  const Real* numbers = nullptr;  ///< [batch][3][lane], as in SpringNumbers
-  const Real* share = nullptr;    ///< [batch][lane] of the elastic tension that acts; see Relaxed
-  const Real* held = nullptr;     ///< [batch][lane] [N]
-  const Real* fixed = nullptr;    ///< positions of fixed nodes [m]
-};
-/// Adds the forces of all springs to f.
-template <class Real>
-using Force = void (*)(const View<Real>& view, const Real* q, const Real* v, Real* f) noexcept;
-/// Computes the elastic tensions [batch][lane] without relaxation [N].
-template <class Real>
-using Tension = void (*)(const View<Real>& view, const Real* q, Real* tension) noexcept;
-template <class Real> struct Kernels {
-  int lanes = 0;
-  Force<Real> force = nullptr;
-  Tension<Real> tension = nullptr;
-};
-
-}  // namespace palpate::laws
-
 namespace palpate {
 
 /// Kernels of one instruction set; a kernel without lanes does not exist for it.
@@ -282,8 +258,6 @@ struct KernelSet {
   supernodes::Kernels supernodes{};
   cells::Kernels<double> cells_double{};
   cells::Kernels<float> cells_float{};
-  laws::Kernels<double> laws_double{};
-  laws::Kernels<float> laws_float{};
 };
 
 KernelSet baseline_kernels() noexcept;

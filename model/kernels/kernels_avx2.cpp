@@ -4,7 +4,6 @@
 #include "model/kernels/adjacency_kernel.hpp"
 #include "model/kernels/cell_kernel.hpp"
 #include "model/kernels/lattice_kernel.hpp"
-#include "model/kernels/law_kernel.hpp"
 #include "model/kernels/supernode_kernel.hpp"
 
 namespace palpate {
@@ -25,9 +24,7 @@ KernelSet avx2_kernels() noexcept {
           .adjacency_float = adjacency::kernels_for<float, FloatFours>("avx2"),
           .supernodes = supernodes::kernels_for<Instructions>("avx2"),
           .cells_double = cells::kernels_for<double, Instructions>(),
-          .cells_float = cells::kernels_for<float, Instructions>(),
-          .laws_double = laws::kernels_for<double, Instructions>(),
-          .laws_float = laws::kernels_for<float, Instructions>()};
+          .cells_float = cells::kernels_for<float, Instructions>()};
 }
 
 }  // namespace palpate

@@ -3,7 +3,6 @@
 
 #include "model/kernels/cell_kernel.hpp"
 #include "model/kernels/lattice_kernel.hpp"
-#include "model/kernels/law_kernel.hpp"
 #include "model/kernels/supernode_kernel.hpp"
 
 namespace palpate {
@@ -19,9 +18,7 @@ KernelSet avx512_kernels() noexcept {
           .lattice_float = lattice::kernels_for<float, Instructions>("avx512"),
           .supernodes = supernodes::kernels_for<Instructions>("avx512"),
           .cells_double = cells::kernels_for<double, Instructions>(),
-          .cells_float = cells::kernels_for<float, Instructions>(),
-          .laws_double = laws::kernels_for<double, Instructions>(),
-          .laws_float = laws::kernels_for<float, Instructions>()};
+          .cells_float = cells::kernels_for<float, Instructions>()};
 }
 
 }  // namespace palpate

@@ -4,7 +4,6 @@
 #include "model/kernels/adjacency_kernel.hpp"
 #include "model/kernels/cell_kernel.hpp"
 #include "model/kernels/lattice_kernel.hpp"
-#include "model/kernels/law_kernel.hpp"
 #include "model/kernels/supernode_kernel.hpp"
 
 namespace palpate {
@@ -17,9 +16,7 @@ KernelSet baseline_kernels() noexcept {
           .adjacency_float = adjacency::kernels_for<float, Instructions>("baseline"),
           .supernodes = supernodes::kernels_for<Instructions>("baseline"),
           .cells_double = cells::kernels_for<double, Instructions>(),
-          .cells_float = cells::kernels_for<float, Instructions>(),
-          .laws_double = laws::kernels_for<double, Instructions>(),
-          .laws_float = laws::kernels_for<float, Instructions>()};
+          .cells_float = cells::kernels_for<float, Instructions>()};
 }
 
 }  // namespace palpate

@@ -49,7 +49,7 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     if (grouped_) { groups_.take(springs_, damped_ || !skip, spacing_); }
     if (!problem.network().laws.empty()) {
       const Vector<Real> q = ListNetwork::initial_position();
-      laws_.take(springs_, problem.network().laws, q.data());
+      laws_.take(springs_, problem.network().laws, spacing_, q.data());
       cells_.begin(q.data());
     }
     this->spread_weight();

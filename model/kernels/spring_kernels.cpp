@@ -87,13 +87,14 @@ template <class Real> void AdjacencySprings<Real>::make_padded(const SpringSet<R
 
 template <class Real>
 double AdjacencySprings<Real>::add_with(adjacency::Force<Real> kernel, const Real* q, const Real* v,
-                                        Real* f) noexcept {
-  const adjacency::View<Real> view{.groups = groups_.data(),
-                                   .count = static_cast<long>(groups_.size()),
-                                   .partners = partners_.data(),
-                                   .numbers = numbers_.data()};
+                                        Real* f, adjacency::View<Real> view) noexcept {
+  view.groups = groups_.data();
+  view.count = static_cast<long>(groups_.size());
+  view.partners = partners_.data();
+  view.numbers = numbers_.data();
   if (q_.empty()) { return kernel(view, q, v, f); }
   kernels_.spread(q, free_nodes_, q_.data());
+  if (f == nullptr) { return kernel(view, q_.data(), nullptr, nullptr); }
   if (damped_) { kernels_.spread(v, free_nodes_, v_.data()); }
   std::ranges::fill(f_, Real(0));
   const double energy = kernel(view, q_.data(), v_.data(), f_.data());
@@ -111,9 +112,15 @@ void AdjacencySprings<Real>::add_group(int node, std::span<const Link<Real>> mem
     const std::size_t number = numbers_.size();
     partners_.resize(partner + lanes, group.node);
     numbers_.resize(number + numbers_of_batch, Real(0));
+    if (!lane_of_.empty()) {  // a law divides by the rest length, also of springs that only fill
+      std::fill_n(numbers_.begin() + static_cast<std::ptrdiff_t>(number + lanes), lanes, Real(1));
+    }
     const std::size_t count = std::min(lanes, members.size());
     for (std::size_t n = 0; n < count; ++n) {
       partners_[partner + n] = adjacency::node_stride * members[n].b;
+      if (!lane_of_.empty()) {
+        lane_of_[static_cast<std::size_t>(members[n].law)] = static_cast<int>(partner + n);
+      }
       numbers_[number + n] = members[n].stiffness;
       numbers_[number + lanes + n] = members[n].rest_length;
       if (damped_) { numbers_[number + 2 * lanes + n] = members[n].viscosity; }
@@ -127,7 +134,8 @@ void AdjacencySprings<Real>::add_group(int node, std::span<const Link<Real>> mem
 /// many unassigned springs as fill its batches; the others are left to the nodes at their other
 /// ends.
 template <class Real>
-void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, int spacing) {
+void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, int spacing,
+                                  int law) {
   damped_ = damped;
   force_ = damped ? kernels_.damped : kernels_.undamped;
   measured_force_ = damped ? kernels_.damped_measured : kernels_.undamped_measured;
@@ -141,13 +149,25 @@ void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, i
   if (spacing != adjacency::node_stride) { make_padded(springs); }
   const auto lanes = static_cast<std::size_t>(kernels_.lanes);
   std::vector<std::vector<Link<Real>>> must(static_cast<std::size_t>(free_nodes_));
-  for (const Anchor<Real>& s : springs.anchors) {
-    if (s.law > 0) { continue; }
-    const int node = s.a / spacing;
-    must[static_cast<std::size_t>(node)].push_back(s.template between<Real>(node, s.b / spacing));
+  if (law > 0) { lane_of_.assign(springs.links.size() + springs.anchors.size(), -1); }
+  std::vector<Link<Real>> links;
+  int index = 0;  // carried by a grouped spring in place of its law
+  for (const Link<Real>& s : springs.links) {
+    if (s.law == law) {
+      links.push_back(s);
+      links.back().law = index;
+    }
+    ++index;
   }
-  std::vector<Link<Real>> links = springs.links;
-  std::erase_if(links, [](const Link<Real>& s) { return s.law > 0; });
+  for (const Anchor<Real>& s : springs.anchors) {
+    if (s.law == law) {
+      const int node = s.a / spacing;
+      auto& own = must[static_cast<std::size_t>(node)];
+      own.push_back(s.template between<Real>(node, s.b / spacing));
+      own.back().law = index;
+    }
+    ++index;
+  }
   for (Link<Real>& s : links) {
     const auto [first, last] = std::minmax({s.a / spacing, s.b / spacing});
     s.a = first;
@@ -172,6 +192,7 @@ void AdjacencySprings<Real>::take(const SpringSet<Real>& springs, bool damped, i
     }
     if (!members.empty()) { add_group(node, members); }
   }
+  lanes_ = partners_.size();
   const auto ahead = lanes * static_cast<std::size_t>(adjacency::batches_ahead);
   partners_.resize(partners_.size() + ahead);
   numbers_.resize(numbers_.size() +

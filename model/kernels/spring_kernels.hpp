@@ -61,11 +61,11 @@ template <class Real> class AdjacencySprings {
   explicit AdjacencySprings(
       const adjacency::Kernels<Real>& kernels = adjacency_kernels<Real>().front())
       : kernels_(kernels) {}
-  /// Groups the links and anchors without a law (LawSprings has the others); includes dampers only
-  /// if `damped`. Vectors have `spacing` numbers per node: adjacency::node_stride, with the fixed
-  /// points after the free nodes, or 3, without fixed points; each evaluation then copies to padded
-  /// vectors and back. Allocates.
-  void take(const SpringSet<Real>& springs, bool damped, int spacing);
+  /// Groups the links and anchors that have this law; includes dampers only if `damped`. Vectors
+  /// have `spacing` numbers per node: adjacency::node_stride, with the fixed points after the free
+  /// nodes, or 3, without fixed points; each evaluation then copies to padded vectors and back.
+  /// Allocates.
+  void take(const SpringSet<Real>& springs, bool damped, int spacing, int law = 0);
   [[nodiscard]] bool empty() const { return groups_.empty(); }
   /// Adds the forces of all springs to f.
   void add(const Real* q, const Real* v, Real* f) noexcept { add_with(force_, q, v, f); }
@@ -73,12 +73,26 @@ template <class Real> class AdjacencySprings {
   double measure(const Real* q, const Real* v, Real* f) noexcept {
     return add_with(measured_force_, q, v, f);
   }
+  /// Returns the lane that computes a spring of the set, counted over all batches; -1 for a spring
+  /// that has another law. Only for springs with a law.
+  [[nodiscard]] int lane_of(std::size_t spring) const { return lane_of_[spring]; }
+  /// Returns the number of lanes of all batches.
+  [[nodiscard]] std::size_t lanes() const { return lanes_; }
+  /// Adds the forces of springs with a law; `law` has what a View has for them.
+  void add_law(const adjacency::View<Real>& law, const Real* q, const Real* v, Real* f) noexcept {
+    add_with(kernels_.of_law, q, v, f, law);
+  }
+  /// Writes the elastic tension of every lane [N] to law.tension.
+  void find_tensions(const adjacency::View<Real>& law, const Real* q) noexcept {
+    add_with(kernels_.tension_of_law, q, nullptr, nullptr, law);
+  }
   /// Advances padded vectors by one step; see adjacency::Move.
   [[nodiscard]] double advance(const adjacency::Move<Real>& move, long nodes) const noexcept {
     return kernels_.advance(move, nodes);
   }
   [[nodiscard]] std::size_t memory_bytes() const {
-    return groups_.size() * sizeof(adjacency::Group) + partners_.size() * sizeof(int) +
+    return groups_.size() * sizeof(adjacency::Group) +
+           (partners_.size() + lane_of_.size()) * sizeof(int) +
            (numbers_.size() + q_.size() + v_.size() + f_.size()) * sizeof(Real);
   }
 
@@ -87,7 +101,10 @@ template <class Real> class AdjacencySprings {
   void add_group(int node, std::span<const Link<Real>> members);
   /// Allocates padded vectors for callers without padded vectors.
   void make_padded(const SpringSet<Real>& springs);
-  double add_with(adjacency::Force<Real> kernel, const Real* q, const Real* v, Real* f) noexcept;
+  /// Calls a kernel with the view `of_law` after adding the groups to it. Null forces are not
+  /// added.
+  double add_with(adjacency::Force<Real> kernel, const Real* q, const Real* v, Real* f,
+                  adjacency::View<Real> of_law = {}) noexcept;
 
   adjacency::Kernels<Real> kernels_;
   bool damped_ = true;
@@ -95,6 +112,8 @@ template <class Real> class AdjacencySprings {
   adjacency::Force<Real> measured_force_ = nullptr;
   std::vector<adjacency::Group> groups_;
   std::vector<int> partners_;
+  std::vector<int> lane_of_{};
+  std::size_t lanes_ = 0;
   AlignedVector<Real> numbers_;
   long free_nodes_ = 0;
   /// Free nodes, then fixed points; empty if the caller's vectors are padded.

@@ -61,6 +61,7 @@ template <class Real> struct StiffeningNumbers {
   Real first = Real(0);     ///< a, or b
   Real second = Real(0);    ///< c
   Real straight = Real(0);  ///< strain at which the slope is the largest
+  Real inverse = Real(0);   ///< 1 / a
 };
 
 template <class Real> StiffeningNumbers<Real> stiffening_numbers(const MaterialLaw& law) {
@@ -68,13 +69,21 @@ template <class Real> StiffeningNumbers<Real> stiffening_numbers(const MaterialL
   const Stiffening& s = law.stiffening;
   const double more = s.largest - 1.0;
   if (s.law == Stiffening::Law::exponential) {
-    return {false, true, static_cast<Real>(s.rate), Real(0),
-            static_cast<Real>(std::log1p(more) / s.rate)};
+    return {false,
+            true,
+            static_cast<Real>(s.rate),
+            Real(0),
+            static_cast<Real>(std::log1p(more) / s.rate),
+            static_cast<Real>(1.0 / s.rate)};
   }
   // 3 c e^2 + 2 b e = largest - 1, in the form without cancellation.
   const double root = std::sqrt(s.quadratic * s.quadratic + 3.0 * s.cubic * more);
-  return {false, false, static_cast<Real>(s.quadratic), static_cast<Real>(s.cubic),
-          static_cast<Real>(more / (s.quadratic + root))};
+  return {false,
+          false,
+          static_cast<Real>(s.quadratic),
+          static_cast<Real>(s.cubic),
+          static_cast<Real>(more / (s.quadratic + root)),
+          Real(0)};
 }
 
 /// g and its slope.
@@ -88,15 +97,16 @@ template <class Number, class Real>
 Stretched<Number> stretched(const StiffeningNumbers<Real>& numbers, const Number& strain) noexcept {
   using std::abs;
   using std::copysign;
-  using std::expm1;
+  using std::exp;
   using std::min;
   const Number size = abs(strain);
   const Number bent = min(size, Number(numbers.straight));
   const Number first = Number(numbers.first);
   Stretched<Number> g;
   if (numbers.exponential) {
-    const Number grown = expm1(Number(first * bent));
-    g = {Number(grown / first), Number(grown + Number(Real(1)))};
+    // The rounding of exp(a e) - 1 is that of e itself over a.
+    const Number grown = exp(Number(first * bent));
+    g = {Number((grown - Number(Real(1))) * Number(numbers.inverse)), grown};
   } else {
     const Number cubic = Number(numbers.second) * bent;
     g = {bent + bent * bent * (first + cubic),
@@ -119,7 +129,8 @@ template <class Real> double stretched_work(const StiffeningNumbers<Real>& numbe
   }
   const auto at =
       stretched<double>(StiffeningNumbers<double>{numbers.linear, numbers.exponential, a, c,
-                                                  static_cast<double>(numbers.straight)},
+                                                  static_cast<double>(numbers.straight),
+                                                  static_cast<double>(numbers.inverse)},
                         bent);
   return work + (size - bent) * (at.value + 0.5 * at.slope * (size - bent));
 }
