@@ -297,9 +297,17 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
     }
   }
   const double nonlinear = peak > 0.0 ? force / peak : 0.0;
-  source.share = error.linear() + nonlinear;
+  // The force of a needle depends on the compliance only where it neither cuts nor slides.
+  double held = 1.0;
+  if (scene.needle && peak > 0.0) {
+    const std::vector<double>& elastic = trace.values("tool.stiffness_n");
+    held = Eigen::Map<const Eigen::VectorXd>(elastic.data(), std::ssize(elastic)).norm() /
+           std::sqrt(static_cast<double>(elastic.size())) / peak;
+  }
+  const double modes = held * error.linear();
+  source.share = modes + nonlinear;
   source.estimate =
-      percent(error.linear()) + " by too few modes, " + percent(nonlinear) +
+      percent(modes) + " by too few modes, " + percent(nonlinear) +
       " by springs beyond simulation.near_radius that are stretched too far to be linear";
   constexpr double accepted = 0.02;
   if (*source.share <= accepted) { return; }
