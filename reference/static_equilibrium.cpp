@@ -3,12 +3,15 @@
 #include "reference/static_equilibrium.hpp"
 
 #include <Eigen/IterativeLinearSolvers>
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
+#include <gsl/gsl_integration.h>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -173,6 +176,59 @@ Equilibrium static_equilibrium(const Problem& problem, const EquilibriumOptions&
   }
   result.residual = first > 0.0 ? now / first : 0.0;
   return result;
+}
+
+namespace {
+
+/// Nodes and weights of Gauss's rule with `count` points on (0, end).
+struct GaussRule {
+  GaussRule(int count, double end) : node(count), weight(count) {
+    const std::unique_ptr<gsl_integration_glfixed_table,
+                          decltype(&gsl_integration_glfixed_table_free)>
+        table(gsl_integration_glfixed_table_alloc(static_cast<std::size_t>(count)),
+              gsl_integration_glfixed_table_free);
+    for (int n = 0; n < count; ++n) {
+      gsl_integration_glfixed_point(0.0, end, static_cast<std::size_t>(n), &node(n), &weight(n),
+                                    table.get());
+    }
+  }
+  VectorXd node;
+  VectorXd weight;
+};
+
+/// Displacement of the surface of a layer under a pressure of wavenumber k over that of a half
+/// space, for u = k times the thickness. It is 1 for large u.
+double layer_over_half_space(double u, double nu) {
+  const double c = 3.0 - 4.0 * nu;
+  const double e2 = std::exp(-2.0 * u);  // sinh and cosh of 2 u, both times 2 e^-2u
+  const double e4 = e2 * e2;
+  return (c * (1.0 - e4) - 4.0 * u * e2) / (c * (1.0 + e4) + (4.0 * u * u + 1.0 + c * c) * e2);
+}
+
+/// phi(t) - 2/pi int_0^1 int_0^inf (1 - L(k)) cos(k t) cos(k s) dk phi(s) ds = 1, lengths in units
+/// of the thickness; kappa is the mean of phi over (0, a).
+double mean_of_phi(double radius, double nu, int points) {
+  const GaussRule t(points, radius);
+  const GaussRule k(points + static_cast<int>(40.0 * (1.0 + radius)), 22.0);  // 1 - L < 1e-15 there
+  Eigen::MatrixXd wave(points, k.node.size());
+  VectorXd gap(k.node.size());
+  for (Eigen::Index j = 0; j < gap.size(); ++j) {
+    gap(j) = k.weight(j) * (1.0 - layer_over_half_space(k.node(j), nu));
+    wave.col(j) = (k.node(j) * t.node).array().cos();
+  }
+  const Eigen::MatrixXd kernel = wave * gap.asDiagonal() * wave.transpose();
+  Eigen::MatrixXd matrix = -2.0 / std::numbers::pi * kernel * t.weight.asDiagonal();
+  matrix.diagonal().array() += 1.0;
+  const VectorXd phi = matrix.partialPivLu().solve(VectorXd::Ones(points));
+  return t.weight.dot(phi) / radius;
+}
+
+}  // namespace
+
+PunchFactor punch_on_layer(double radius_over_thickness, double poissons_ratio) {
+  const double coarse = mean_of_phi(radius_over_thickness, poissons_ratio, 24);
+  const double fine = mean_of_phi(radius_over_thickness, poissons_ratio, 48);
+  return {fine, std::abs(fine - coarse)};
 }
 
 }  // namespace palpate::reference

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Static response of a linearised problem to small forces, for many load cases on one stiffness.
+/// Static solutions: response of a linearised problem to small forces, for many load cases on one
+/// stiffness; equilibrium; a rigid punch on an elastic layer.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -57,5 +58,15 @@ struct EquilibriumOptions {
 Equilibrium static_equilibrium(const Problem& problem, const EquilibriumOptions& options = {});
 Equilibrium static_equilibrium(const Problem& problem, const EquilibriumOptions& options,
                                const Eigen::VectorXd& start);
+
+/// Stiffness of a rigid flat punch without friction on an elastic layer that is bonded to a rigid
+/// base, over 2 E a / (1 - nu^2) of a half space.
+struct PunchFactor {
+  double kappa = 1.0;
+  double uncertainty = 0.0;  ///< difference from a coarser quadrature
+};
+/// Solves the Fredholm equation of W. C. Hayes, L. M. Keer, G. Herrmann, L. F. Mockros, J. Biomech.
+/// 5, 541, 1972, for nu from 0 to 1/2. Accurate to 1e-6 for radii up to four thicknesses.
+PunchFactor punch_on_layer(double radius_over_thickness, double poissons_ratio);
 
 }  // namespace palpate::reference

@@ -93,4 +93,33 @@ TEST("a body that can move freely is an error") {
   CHECK_THROWS(StaticResponse(problem)(VectorXd::Unit(problem.dof(), 0)), "move freely");
 }
 
+TEST("a punch on a layer has the published stiffness, and those of a half space and a thin layer") {
+  // Table 1 of Hayes et al. 1972 for nu = 0.5, as reproduced in software of two later authors. The
+  // table was computed with few points: above a / h = 1 it is up to 1 % lower at 2.
+  struct Row {
+    double ratio;
+    double kappa;
+    double tolerance;
+  };
+  for (const Row& row :
+       {Row{0.2, 1.281, 5e-4}, Row{0.4, 1.683, 1e-3}, Row{0.6, 2.211, 1e-3}, Row{0.8, 2.855, 2e-3},
+        Row{1.0, 3.609, 3e-3}, Row{1.5, 5.970, 6e-3}, Row{2.0, 9.069, 1e-2}}) {
+    const PunchFactor found = punch_on_layer(row.ratio, 0.5);
+    CHECK_NEAR(found.kappa / row.kappa, 1.0, row.tolerance);
+    CHECK(found.uncertainty < 1e-6);
+  }
+  for (const double nu : {0.0, 0.25, 0.49}) {
+    // Half space: kappa - 1 is proportional to a / h.
+    const double far = punch_on_layer(1e-3, nu).kappa - 1.0;
+    CHECK(far > 0.0);
+    CHECK(far < 2e-3);
+    CHECK_NEAR(punch_on_layer(2e-3, nu).kappa - 1.0, 2.0 * far, 2e-2 * far);
+  }
+  for (const double nu : {0.0, 0.25}) {
+    // Thin layer: confined compression, kappa = pi (1 - nu)^2 / (2 (1 - 2 nu)) a / h + constant.
+    const double slope = (punch_on_layer(6.0, nu).kappa - punch_on_layer(4.0, nu).kappa) / 2.0;
+    CHECK_NEAR(slope * 2.0 * (1.0 - 2.0 * nu) / (3.14159265 * (1.0 - nu) * (1.0 - nu)), 1.0, 5e-3);
+  }
+}
+
 }  // namespace
