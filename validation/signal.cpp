@@ -275,4 +275,23 @@ ObservedOrder observed_order(std::span<const double> h, std::span<const double> 
   return order;
 }
 
+GridConvergence grid_convergence(std::span<const double> h, std::span<const double> value) {
+  const std::size_t n = value.size() - 1;
+  const double step = value[n] - value[n - 1];
+  const double before = value[n - 1] - value[n - 2];
+  const double fine = h[n - 1] / h[n];
+  const double coarse = h[n - 2] / h[n - 1];
+  const double sign = before * step < 0.0 ? -1.0 : 1.0;
+  double order = 1.0;
+  for (int round = 0; round < 50; ++round) {  // fixed point; exact at once for equal ratios
+    const double uneven = (std::pow(fine, order) - sign) / (std::pow(coarse, order) - sign);
+    order = (std::log(std::abs(before / step)) + std::log(uneven)) / std::log(fine);
+    order = std::clamp(order, -10.0, 10.0);
+  }
+  const bool seen = order >= 0.5 && order <= 2.5;
+  const double index =
+      (seen ? 1.25 : 3.0) * std::abs(step / value[n]) / (std::pow(fine, seen ? order : 1.0) - 1.0);
+  return {order, index};
+}
+
 }  // namespace palpate

@@ -143,4 +143,14 @@ struct ObservedOrder {
 ObservedOrder observed_order(std::span<const double> h, std::span<const double> error, double floor,
                              double ceiling = 0.1);
 
+/// Uncertainty of the value on the finest of three grids, relative to it.
+struct GridConvergence {
+  double order = 0.0;  ///< observed
+  double index = 0.0;  ///< grid convergence index; NaN if a value is not finite
+};
+/// Returns the grid convergence index of the last three values (P. J. Roache 1998; refinement
+/// ratios that differ: I. B. Celik et al., J. Fluids Eng. 130, 078001, 2008). An order below 0.5 or
+/// above 2.5 is not credible: the first order and the factor 3 are used then. `h` decreases.
+GridConvergence grid_convergence(std::span<const double> h, std::span<const double> value);
+
 }  // namespace palpate

@@ -174,7 +174,6 @@ constexpr double sphere = 0.02;           // R [m]
 constexpr double contact = 0.002;         // a [m]; strains are about 0.2 a / R
 constexpr double reach = 6.0 * contact;   // of the grid, sideways and down [m]
 constexpr double widest = 1.5 * contact;  // nodes that may touch [m]
-constexpr double refinement = 1.5;        // of spacing, from grid to grid
 
 double indentation() { return contact * contact / sphere; }
 
@@ -332,18 +331,15 @@ void measure_hertz(const CaseContext& /*context*/, Outcome& outcome) {
       "grids", "Force on the sphere",
       "At an indentation of 0.2 mm: R = 20 mm, a = 2 mm, E = 10 kPa, Poisson's ratio 1/4.",
       {"spacing (mm)", "nodes across the contact", "force (mN)", "error (%)"});
+  std::vector<double> spacings;
   std::vector<double> forces;
   for (const int cells : {12, 18, 27}) {
+    spacings.push_back(reach / cells);
     forces.push_back(HalfSpace(cells).force(indentation()));
     table.rows.push_back({1e3 * reach / cells, 2.0 * contact * cells / reach, 1e3 * forces.back(),
                           100.0 * (forces.back() / hertz_force() - 1.0)});
   }
-  const double step = std::abs(forces[2] - forces[1]);
-  const double order = std::log(std::abs(forces[1] - forces[0]) / step) / std::log(refinement);
-  // 3 without a visible order on few nodes: first order is assumed then (Roache 1998).
-  const bool seen = order >= 0.5 && order <= 2.5;
-  const double index =
-      (seen ? 1.25 : 3.0) * step / (std::pow(refinement, seen ? order : 1.0) - 1.0) / forces[2];
+  const auto [order, index] = grid_convergence(spacings, forces);
   constexpr double faces =
       0.4 / 36.0;  // second moment of Hertz's pressure over the square of the reach
   outcome.judge_at_most(
