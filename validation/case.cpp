@@ -27,6 +27,7 @@ std::vector<Case> all_cases() {
                            tools::reference_cases,
                            tools::balance_cases,
                            tools::passage_cases,
+                           tools::probe_cases,
                            haptics::wall_cases,
                            haptics::falcon_cases,
                            clinical::measure_cases,

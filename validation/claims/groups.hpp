@@ -39,7 +39,8 @@ std::vector<Case> robustness_cases();  ///< extreme inputs, random steps, denorm
 
 namespace tools {
 std::vector<Case> balance_cases();    ///< parts, momentum, energy, friction
-std::vector<Case> passage_cases();    ///< layers, bone, published moduli, extremes, palpation
+std::vector<Case> passage_cases();    ///< layers, bone, published moduli, extremes
+std::vector<Case> probe_cases();      ///< continuum solutions, palpation, sliding
 std::vector<Case> reference_cases();  ///< exact curves and a reference with root finding
 }  // namespace tools
 
