@@ -246,23 +246,30 @@ std::vector<TrackKnot> network_knots(const Needle& needle, const SpringNetwork& 
   return knots;
 }
 
-/// Returns the area of [x0, x1] x [y0, y1] covered by the probe's footprint, relative to its centre
-/// [m^2].
-double covered(const Probe& probe, double x0, double x1, double y0, double y1) {
+/// Calls add(place, force) for small parts of the unit force of a probe's face, relative to its
+/// centre [m]. On a disc x = a sin(t) cos(angle), and on a rectangle x = b sin(t), with force
+/// proportional to dt under a flat punch and to cos^2(t) dt more under Hertz's pressure.
+template <class Add> void for_each_part(const Probe& probe, double hertz, Add add) {
+  constexpr double pi = std::numbers::pi;
+  constexpr int many = 240;
   const Eigen::Vector2d half = 0.5 * probe.size;
   const bool disc = probe.shape == Probe::Shape::fingertip;
-  x0 = std::max(x0, -half.x());
-  x1 = std::min(x1, half.x());
-  if (x1 <= x0) { return 0.0; }
-  constexpr int strips = 20000;  // midpoint rule; 1e-6 of a disc
-  double area = 0.0;
-  for (int n = 0; n < (disc ? strips : 1); ++n) {
-    const double width = (x1 - x0) / (disc ? strips : 1);
-    const double x = x0 + (n + 0.5) * width;
-    const double reach = disc ? std::sqrt(half.x() * half.x() - x * x) : half.y();
-    area += width * std::max(0.0, std::min(y1, reach) - std::max(y0, -reach));
+  for (int i = 0; i < many; ++i) {
+    for (int j = 0; j < many; ++j) {
+      const double s = pi * (i + 0.5) / many;
+      const double t = pi * (j + 0.5) / many;
+      if (disc) {
+        const double r = half.x() * std::sin(0.5 * s);
+        const double cosine = std::cos(0.5 * s);
+        const double force = std::sin(0.5 * s) * (1.0 - hertz + 3.0 * hertz * cosine * cosine);
+        add(Eigen::Vector2d(r * std::cos(2.0 * t), r * std::sin(2.0 * t)), force);
+      } else {
+        const double product = std::sin(s) * std::sin(t);
+        add(Eigen::Vector2d(half.x() * std::cos(s), half.y() * std::cos(t)),
+            1.0 - hertz + 4.0 * hertz * product * product);
+      }
+    }
   }
-  return area;
 }
 
 /// Returns the contact points of a needle. A lattice has one at each intersection of the line with
@@ -277,34 +284,29 @@ std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& net
   return network_knots(*scene.needle, network);
 }
 
-/// Returns the contact point of a probe. On a lattice, the weight of each node of the first plane
-/// is the part of its a x a cell (cut at the edge of the body) that the footprint covers. In any
-/// other network the z-min nodes beneath the footprint have equal weights. Throws SolverError if
-/// there is no node.
+/// Returns the contact point of a probe. A node of the skin has the mean over the pressure of the
+/// bilinear function around it, of the width of a spacing; in a network without a grid that is the
+/// median length of a spring. Throws SolverError if there is no node.
 TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network) {
   const Probe& probe = *scene.probe;
   const auto grid = grid_of(scene, network);
-  const auto skin = face_nodes(network.rest_position, Face::z_min);
-  const auto low = network.rest_position.rowwise().minCoeff().eval();
-  const auto high = network.rest_position.rowwise().maxCoeff().eval();
+  const double width = grid ? grid->spacing : median_length(network);
   std::vector<TrackSupport> supports;
-  for (const int node : skin) {
-    const Vector3d at = network.rest_position.col(node);
-    const Eigen::Vector2d from = at.head<2>() - probe.entry;
-    const double reach = grid ? 0.5 * grid->spacing : 0.0;
-    double weight = 0.0;
-    if (grid) {
-      weight = covered(probe, std::max(at.x() - reach, low.x()) - probe.entry.x(),
-                       std::min(at.x() + reach, high.x()) - probe.entry.x(),
-                       std::max(at.y() - reach, low.y()) - probe.entry.y(),
-                       std::min(at.y() + reach, high.y()) - probe.entry.y());
-    } else if (probe.shape == Probe::Shape::fingertip) {
-      weight = from.norm() <= 0.5 * probe.size.x() ? 1.0 : 0.0;
-    } else {
-      weight = (from.cwiseAbs() - 0.5 * probe.size).maxCoeff() <= 0.0 ? 1.0 : 0.0;
-    }
-    if (weight > 0.0) { supports.push_back({node, weight}); }
+  for (const int node : face_nodes(network.rest_position, Face::z_min)) {
+    const Eigen::Vector2d at = network.rest_position.col(node).head<2>() - probe.entry;
+    const bool far = ((at.cwiseAbs() - 0.5 * probe.size).array() >= width).any();
+    if (!far) { supports.push_back({node, 0.0}); }
   }
+  for_each_part(probe, NeedlePath(scene, network).hertz_share(),
+                [&](const Eigen::Vector2d& place, double force) {
+                  for (TrackSupport& support : supports) {
+                    const Eigen::Vector2d at =
+                        network.rest_position.col(support.node).head<2>() - probe.entry - place;
+                    support.weight += force * std::max(0.0, 1.0 - std::abs(at.x()) / width) *
+                                      std::max(0.0, 1.0 - std::abs(at.y()) / width);
+                  }
+                });
+  std::erase_if(supports, [](const TrackSupport& s) { return !(s.weight > 0.0); });
   if (supports.empty()) { throw SolverError("insertion: no node lies beneath the probe"); }
   return knot_of(supports, network, Vector3d::Zero(), Vector3d::UnitZ());
 }

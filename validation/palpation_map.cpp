@@ -8,9 +8,9 @@ namespace palpate {
 
 namespace {
 
-/// Returns the stiffness 1 / (w.K^-1 w) [N/m] of a tissue at rest under the footprint w of the
-/// scene's probe at a skin position [m]; infinity on bone alone. `response` factorises K once for
-/// all positions.
+/// Returns the stiffness 1 / (w.K^-1 w + c_s) [N/m] of a tissue at rest under the face w of the
+/// scene's probe at a skin position [m], with the compliance c_s that the grid lacks; infinity on
+/// bone alone. `response` factorises K once for all positions.
 double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
                       const reference::StaticResponse& response, const Eigen::Vector2d& place) {
   Scene there = scene;
@@ -22,7 +22,8 @@ double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
     if (at >= 0) { w.segment<3>(at) += support.weight * path.direction(); }
   }
   if (w.isZero(0.0)) { return std::numeric_limits<double>::infinity(); }
-  return 1.0 / response.compliance(w);
+  const TipCompliance tip = path.tip_compliance(there, problem.network());
+  return 1.0 / (response.compliance(w) + tip.at(path.knots().front().depth));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 /// Path of a needle through a network (model/EQUATIONS.md, "Needle line").
 
+#include <array>
 #include <limits>
 #include <span>
 #include <string>
@@ -63,6 +64,22 @@ struct TipCompliance {
   [[nodiscard]] double next(double place) const noexcept;
 };
 
+/// Rigid face of a probe on the skin nodes of a regular grid, one in each column of nodes.
+struct ProbeFace {
+  struct Point {
+    Eigen::Vector2d place{0.0, 0.0};  ///< relative to the centre of the face [m]
+    double share = 0.0;               ///< of the force; the shares of all points sum to one
+  };
+  std::vector<Point> points{};
+  Eigen::Vector2d first{0.0, 0.0};    ///< place of the first column [m]
+  Eigen::Vector2d spacing{0.0, 0.0};  ///< [m]
+  std::array<int, 2> count{0, 0};
+  std::vector<int> node{};  ///< of each column, x fastest; -1: no tissue
+
+  /// Computes the share of each column's node in a force on a face with its centre at a place [m].
+  void press(const Eigen::Vector2d& centre, std::span<double> share) const noexcept;
+};
+
 /// Contact points of a tool and the materials along it. The path of a probe has one contact point.
 class NeedlePath {
  public:
@@ -93,6 +110,13 @@ class NeedlePath {
     return {supports_.data() + knot.first, knot.count};
   }
   [[nodiscard]] const std::vector<PathInterval>& intervals() const { return intervals_; }
+  /// Returns the materials along the line, also below a probe, which does not cut them.
+  [[nodiscard]] const std::vector<PathInterval>& tissue() const {
+    return beneath_.empty() ? intervals_ : beneath_;
+  }
+  /// Returns the share of Hertz's pressure in the pressure of a probe (model/EQUATIONS.md, "Contact
+  /// of a size").
+  [[nodiscard]] double hertz_share() const { return hertz_share_; }
   /// Returns the depth at which bone begins [m]; infinite without bone.
   [[nodiscard]] double bone() const { return bone_; }
 
@@ -126,6 +150,8 @@ class NeedlePath {
   std::vector<Knot> knots_;
   std::vector<Support> supports_;
   std::vector<PathInterval> intervals_;
+  std::vector<PathInterval> beneath_;
+  double hertz_share_ = 0.0;
   std::vector<Piece> pieces_;
   double bone_ = std::numeric_limits<double>::infinity();
 };

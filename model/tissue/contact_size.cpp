@@ -134,6 +134,28 @@ constexpr std::array<double, 4> gauss_node{0.1834346424956498, 0.525532409916329
 constexpr std::array<double, 4> gauss_weight{0.3626837833783620, 0.3137066458778873,
                                              0.2223810344533745, 0.1012285362903763};
 
+constexpr int lobes = 24;
+
+/// Calls add(k, weight) for the nodes of a quadrature over wavenumbers from 0 to `count` lobes of
+/// the transform of a pressure of this radius, on layers of this depth.
+template <class Add> void for_each_wave(double bottom, double radius, int count, Add add) {
+  const auto add_panel = [&](double from, double to) {
+    const double half = 0.5 * (to - from);
+    for (std::size_t n = 0; n < gauss_node.size(); ++n) {
+      for (const double side : {-1.0, 1.0}) {
+        add(from + half * (1.0 + side * gauss_node[n]), half * gauss_weight[n]);
+      }
+    }
+  };
+  const double lobe = pi / radius;
+  double from = 0.0;
+  for (double to = std::min(0.5 / bottom, lobe); from < lobe; to = std::min(2.0 * to, lobe)) {
+    add_panel(from, to);
+    from = to;
+  }
+  for (int n = 1; n < count; ++n) { add_panel(n * lobe, (n + 1) * lobe); }
+}
+
 }  // namespace
 
 std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers, double radius,
@@ -168,24 +190,9 @@ std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers,
       sum[n] += weight * k * disc * disc * response[n] / (2.0 * pi);
     }
   };
-  const auto add_panel = [&](double from, double to) {
-    const double half = 0.5 * (to - from);
-    for (std::size_t n = 0; n < gauss_node.size(); ++n) {
-      for (const double side : {-1.0, 1.0}) {
-        add(from + half * (1.0 + side * gauss_node[n]), half * gauss_weight[n]);
-      }
-    }
-  };
-  const double lobe = pi / radius;
-  double from = 0.0;
-  for (double to = std::min(0.5 / bottom, lobe); from < lobe; to = std::min(2.0 * to, lobe)) {
-    add_panel(from, to);
-    from = to;
-  }
-  constexpr int lobes = 24;
-  for (int n = 1; n < lobes; ++n) { add_panel(n * lobe, (n + 1) * lobe); }
+  for_each_wave(bottom, radius, lobes, add);
   // Beyond the last lobe k times the response is constant and sin^2 has the mean 1/2.
-  const double last = lobes * lobe;
+  const double last = lobes * pi / radius;
   respond(sublayers, last, response);
   std::vector<double> compliance;
   for (const double depth : depths) {
@@ -195,6 +202,101 @@ std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers,
                                         : 0.0);
   }
   return compliance;
+}
+
+double FaceCompliance::best_share() const {
+  const double curvature = flat - 2.0 * both + hertz;
+  return curvature > 0.0 ? std::clamp((flat - both) / curvature, 0.0, 1.0) : 0.0;
+}
+
+double FaceCompliance::at(double share) const {
+  const double rest = 1.0 - share;
+  return rest * rest * flat + 2.0 * share * rest * both + share * share * hertz;
+}
+
+namespace {
+
+/// Fourier transforms of the flat punch's and Hertz's pressure of a face.
+std::array<double, 2> face_transforms(const Probe& probe, double k, double angle) {
+  if (probe.shape == Probe::Shape::fingertip) {
+    const double z = 0.5 * k * probe.size.x();
+    // The closed form loses its digits for small z.
+    return {std::sin(z) / z,
+            z < 0.05 ? 1.0 - z * z / 10.0 : 3.0 * (std::sin(z) - z * std::cos(z)) / (z * z * z)};
+  }
+  const double x = 0.5 * k * probe.size.x() * std::cos(angle);
+  const double y = 0.5 * k * probe.size.y() * std::sin(angle);
+  return {::j0(x) * ::j0(y), 4.0 * ::j1(x) * ::j1(y) / (x * y)};
+}
+
+}  // namespace
+
+FaceCompliance face_compliance(const std::vector<ColumnLayer>& layers, const Probe& probe) {
+  const bool round = probe.shape == Probe::Shape::fingertip;
+  const int directions = round ? 1 : 48;  // of a quarter turn, denser near the axes
+  const double radius = round ? probe.radius() : 0.5 * probe.size.maxCoeff();
+  const int count =
+      round ? lobes : static_cast<int>(std::ceil(2.0 * lobes * radius / probe.size.minCoeff()));
+  double bottom = 0.0;
+  for (const ColumnLayer& layer : layers) { bottom += layer.thickness; }
+  std::vector<double> response(layers.size());
+  FaceCompliance face;
+  double square = 0.0;  // integral of (k times the flat punch's transform)^2 over the last lobe
+  for_each_wave(bottom, radius, count, [&](double k, double weight) {
+    respond(layers, k, response);
+    for (int n = 0; n < directions; ++n) {
+      const double s = (n + 0.5) / directions;
+      const double part = round ? 1.0 : 6.0 * s * (1.0 - s) / directions;
+      const auto [flat, hertz] = face_transforms(probe, k, 0.5 * pi * s * s * (3.0 - 2.0 * s));
+      const double w = part * weight * k * response[0] / (2.0 * pi);
+      face.flat += w * flat * flat;
+      face.both += w * flat * hertz;
+      face.hertz += w * hertz * hertz;
+      if (k > (count - 1) * pi / radius) { square += part * weight * k * k * flat * flat; }
+    }
+  });
+  // Beyond the last lobe k times the response and the mean of that square are constant.
+  respond(layers, count * pi / radius, response);
+  face.flat += response[0] * square * radius / (2.0 * pi * pi);
+  return face;
+}
+
+std::vector<ProbeFace::Point> face_points(const Probe& probe, double hertz_share,
+                                          const Eigen::Vector2d& spacing) {
+  const Eigen::Vector2d half = 0.5 * probe.size;
+  const double cells = (half.cwiseQuotient(spacing)).maxCoeff();
+  constexpr double most = 64.0;  // points along one direction; enough for 5 cells in a radius
+  std::vector<ProbeFace::Point> points;
+  double total = 0.0;
+  const auto add = [&](double x, double y, double hertz) {
+    points.push_back(
+        {half.cwiseProduct(Eigen::Vector2d(x, y)), 1.0 - hertz_share + hertz_share * hertz});
+    total += points.back().share;
+  };
+  if (probe.shape == Probe::Shape::fingertip) {
+    const int rings = static_cast<int>(std::clamp(2.0 * std::ceil(cells * cells), 8.0, most));
+    const int spokes = 4 * static_cast<int>(std::clamp(std::ceil(pi * cells), 4.0, most / 4.0));
+    for (int n = 0; n < rings * spokes; ++n) {  // equal parts of a flat punch's force
+      const double outside = 1.0 - (n / spokes + 0.5) / rings;
+      const double r = std::sqrt(1.0 - outside * outside);
+      const double angle = 2.0 * pi * (n % spokes + 0.5) / spokes;
+      add(r * std::cos(angle), r * std::sin(angle), 3.0 * outside * outside);
+    }
+  } else {
+    const auto along = [&](int axis) {
+      return static_cast<int>(
+          std::clamp(2.0 * std::ceil(pi * half(axis) / spacing(axis)), 12.0, most));
+    };
+    const int nx = along(0);
+    const int ny = along(1);
+    for (int n = 0; n < nx * ny; ++n) {
+      const double x = std::cos(pi * (n % nx + 0.5) / nx);
+      const double y = std::cos(pi * (n / nx + 0.5) / ny);
+      add(x, y, 4.0 * (1.0 - x * x) * (1.0 - y * y));
+    }
+  }
+  for (ProbeFace::Point& point : points) { point.share /= total; }
+  return points;
 }
 
 namespace {
@@ -274,11 +376,16 @@ PlaneCompliance spectrum(std::span<const PlaneSupport> own, std::span<const Plan
   return sum;
 }
 
-/// Returns the number of cells after which the grid repeats: four times its depth, within limits of
-/// work.
-int period_of(const GridColumn& grid) {
+/// Returns the number of cells after which the grid repeats: four times its depth or the width of
+/// the supports, within limits of work.
+int period_of(const GridColumn& grid, const std::vector<PlaneSupport>& supports) {
   const auto planes = static_cast<double>(grid.spring_modulus.size());
-  const double wanted = 4.0 * planes * grid.spacing.z() / grid.spacing.head<2>().minCoeff();
+  double width = 0.0;
+  for (const PlaneSupport& s : supports) {
+    width = std::max(width, 2.0 * s.place.cwiseAbs().maxCoeff());
+  }
+  const double reach = std::max(planes * grid.spacing.z(), width);
+  const double wanted = 4.0 * reach / grid.spacing.head<2>().minCoeff();
   const double most = 2.0 * std::sqrt(4e5 / planes);
   return 2 * static_cast<int>(std::ceil(0.5 * std::clamp(std::min(wanted, most), 24.0, 256.0)));
 }
@@ -288,7 +395,7 @@ int period_of(const GridColumn& grid) {
 std::vector<PlaneCompliance> grid_compliance(
     const GridColumn& grid, const std::vector<std::vector<PlaneSupport>>& supports) {
   const std::size_t planes = grid.spring_modulus.size();
-  const int period = period_of(grid);
+  const int period = period_of(grid, supports[0]);
   const BoxBonds bonds = box_bonds(grid.spacing, grid.connectivity);
   std::vector<PlaneCompliance> compliance(planes);
   std::vector<Matrix6d> layers(planes);
@@ -341,7 +448,7 @@ struct Column {
 /// Returns the mean material of the path between two depths [m]; no parts without soft tissue.
 MaterialMean mean_between(const NeedlePath& path, double begin, double end) {
   MaterialMean mean;
-  for (const PathInterval& interval : path.intervals()) {
+  for (const PathInterval& interval : path.tissue()) {
     const double part = std::min(end, interval.end) - std::max(begin, interval.begin);
     const bool soft = interval.youngs_modulus > 0.0 && interval.role != TissueRole::bone;
     if (!(part > 0.0) || !soft) { continue; }
@@ -396,9 +503,10 @@ Column column_of(const NeedlePath& path, const SpringNetwork& network, const Nod
   column.grid.spacing = grid.spacing;
   column.grid.connectivity = connectivity_of(network.springs);
   const bool needle = path.knots().size() > 1;
+  const double bone = bone_depth(path.tissue());
   const std::vector<double> planes = planes_below(path, grid);
   for (std::size_t n = 0; n < planes.size(); ++n) {
-    const bool base = n + 1 == planes.size() || planes[n] >= path.bone() ||
+    const bool base = n + 1 == planes.size() || planes[n] >= bone ||
                       (needle && is_fixed(path, path.knots()[n], network));
     column.planes.push_back(planes[n]);
     if (base) { break; }
@@ -407,21 +515,32 @@ Column column_of(const NeedlePath& path, const SpringNetwork& network, const Nod
     const CellMaterial material = mean.mean();
     column.grid.spring_modulus.push_back(material.spring_modulus());
     column.grid.volume_modulus.push_back(material.volume_modulus());
-    column.supports.push_back(supports_about_axis(path, path.knots()[needle ? n : 0], network));
+    column.supports.push_back(needle || n == 0 ? supports_about_axis(path, path.knots()[n], network)
+                                               : std::vector<PlaneSupport>());
   }
-  const double base = std::min(path.bone(), column.planes.back());
-  for (const PathInterval& interval : path.intervals()) {
-    const double begin = std::max(interval.begin, column.planes.front());
-    const double end = std::min(interval.end, base);
-    if (!(end > begin)) { continue; }
-    if (!(interval.youngs_modulus > 0.0)) { break; }
-    column.layers.push_back(
-        {(end - begin) * slope, interval.youngs_modulus, interval.poissons_ratio});
-  }
+  column.layers = layers_between(path.tissue(), column.planes.front(),
+                                 std::min(bone, column.planes.back()), slope);
   return column;
 }
 
 }  // namespace
+
+std::vector<ColumnLayer> layers_between(const std::vector<PathInterval>& tissue, double begin,
+                                        double end, double slope) {
+  std::vector<ColumnLayer> layers;
+  for (const PathInterval& interval : tissue) {
+    const double length = std::min(interval.end, end) - std::max(interval.begin, begin);
+    if (!(length > 0.0)) { continue; }
+    if (!(interval.youngs_modulus > 0.0)) { break; }
+    layers.push_back({length * slope, interval.youngs_modulus, interval.poissons_ratio});
+  }
+  return layers;
+}
+
+double bone_depth(const std::vector<PathInterval>& tissue) {
+  const auto bone = std::ranges::find(tissue, TissueRole::bone, &PathInterval::role);
+  return bone == tissue.end() ? std::numeric_limits<double>::infinity() : bone->begin;
+}
 
 double TipCompliance::at(double place) const noexcept {
   if (value.empty()) { return 0.0; }
@@ -477,7 +596,9 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   const std::vector<double>& depths = tip.depth;
   std::vector<double> below;  // the first plane, along the tool
   for (const double depth : depths) { below.push_back((depth - depths[0]) * direction_.z()); }
-  const std::vector<double> continuum = continuum_compliance(column.layers, radius, below);
+  const std::vector<double> continuum =
+      scene.needle ? continuum_compliance(column.layers, radius, below)
+                   : std::vector{face_compliance(column.layers, *scene.probe).at(hertz_share_)};
   const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
   const double negligible = 0.01 * continuum[0];
   std::size_t plane = 0;

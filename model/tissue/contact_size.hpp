@@ -7,6 +7,8 @@
 #include <array>
 #include <vector>
 
+#include "model/problem/needle_path.hpp"
+
 namespace palpate {
 
 /// Laterally unbounded layer of tissue.
@@ -23,6 +25,33 @@ struct ColumnLayer {
 /// 71, 1743, 1981). Depths at or below the base give zero.
 std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers, double radius,
                                          const std::vector<double>& depths);
+
+/// Axial compliance of a probe's face on layers [m/N] for two pressures and both: the displacement
+/// is the mean with the weight of one pressure under the force of the other. On a disc the
+/// pressures are that of a flat punch, p ~ 1 / sqrt(1 - r^2 / a^2), and Hertz's, p ~ sqrt(1 - r^2 /
+/// a^2); on a rectangle they are products of the same functions of x and y.
+struct FaceCompliance {
+  double flat = 0.0;
+  double both = 0.0;
+  double hertz = 0.0;
+
+  /// Returns the share of Hertz's pressure with which the face is stiffest. A rigid face is stiffer
+  /// than any given pressure (minimum of the complementary energy).
+  [[nodiscard]] double best_share() const;
+  [[nodiscard]] double at(double hertz_share) const;
+};
+FaceCompliance face_compliance(const std::vector<ColumnLayer>& layers, const Probe& probe);
+
+/// Returns the points of a probe's face for nodes with these distances [m].
+std::vector<ProbeFace::Point> face_points(const Probe& probe, double hertz_share,
+                                          const Eigen::Vector2d& spacing);
+
+/// Returns the layers of soft tissue along a line between two depths [m], to the first gap. `slope`
+/// is the z component of the line's direction.
+std::vector<ColumnLayer> layers_between(const std::vector<PathInterval>& tissue, double begin,
+                                        double end, double slope);
+/// Returns the depth at which bone begins [m]; infinite without bone.
+double bone_depth(const std::vector<PathInterval>& tissue);
 
 /// Laterally unbounded grid of springs and cells on a rigid base.
 struct GridColumn {

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "model/tissue/contact_size.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "model/tissue/tissue_grid.hpp"
 #include "model/tissue/voxel_tissue.hpp"
@@ -280,8 +281,7 @@ void NeedlePath::cut_into_pieces() {
       if (end > begin) { pieces_.push_back({begin, end, interval.friction, k}); }
     }
   }
-  const auto bone = std::ranges::find(intervals_, TissueRole::bone, &PathInterval::role);
-  if (bone != intervals_.end()) { bone_ = bone->begin; }
+  bone_ = bone_depth(intervals_);
 }
 
 void NeedlePath::of_needle(const Scene& scene, const SpringNetwork& network) {
@@ -300,46 +300,107 @@ void NeedlePath::of_needle(const Scene& scene, const SpringNetwork& network) {
   cut_into_pieces();
 }
 
+void ProbeFace::press(const Eigen::Vector2d& centre, std::span<double> share) const noexcept {
+  std::ranges::fill(share, 0.0);
+  double total = 0.0;
+  for (const Point& point : points) {
+    const Eigen::Vector2d at = (centre + point.place - first).cwiseQuotient(spacing);
+    std::array<int, 2> low{};
+    std::array<std::array<double, 2>, 2> weight{};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const double steps = std::clamp(at(static_cast<int>(axis)), 0.0, count[axis] - 1.0);
+      low[axis] = std::min(static_cast<int>(steps), count[axis] - 2);
+      const double part = steps - low[axis];
+      weight[axis] = {1.0 - part, part};
+    }
+    for (std::size_t n = 0; n < 4; ++n) {
+      const auto column = static_cast<std::size_t>((low[1] + static_cast<int>(n / 2)) * count[0] +
+                                                   low[0] + static_cast<int>(n % 2));
+      if (node[column] < 0) { continue; }
+      const double part = point.share * weight[0][n % 2] * weight[1][n / 2];
+      share[column] += part;
+      total += part;
+    }
+  }
+  for (double& part : share) { part /= total; }
+}
+
+namespace {
+
+/// Returns the shares of nodes that form no grid, by hats of the width `spacing` around them.
+std::vector<double> shares_of(const std::vector<ProbeFace::Point>& points,
+                              const Eigen::Vector2d& centre, const std::vector<int>& nodes,
+                              const SpringNetwork& network, double spacing) {
+  std::vector<double> share;
+  double total = 0.0;
+  for (const int node : nodes) {
+    const Eigen::Vector2d at = network.rest_position.col(node).head<2>() - centre;
+    double sum = 0.0;
+    for (const ProbeFace::Point& point : points) {
+      sum += point.share * (1.0 - (at - point.place).array().abs() / spacing).cwiseMax(0.0).prod();
+    }
+    share.push_back(sum);
+    total += sum;
+  }
+  for (double& part : share) { part /= total; }
+  return share;
+}
+
+}  // namespace
+
 void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
   const Probe& probe = *scene.probe;
   origin_.head<2>() = probe.entry;
-  const std::optional<NodeGrid> grid = uneven_grid(scene);
-  const std::vector<int> skin =
-      grid ? skin_nodes(*grid) : face_nodes(network.rest_position, Face::z_min);
-  const Eigen::Vector2d a = grid ? Eigen::Vector2d(grid->spacing.head<2>())
-                                 : Eigen::Vector2d::Constant(node_spacing(network));
-  std::vector<Support> supports;
-  double depth = 0.0;
-  double total = 0.0;
-  // The weight of a node is the part of its square of skin, with edge a, that the footprint covers,
-  // computed by sampling.
-  constexpr int samples = 16;
-  for (const int node : skin) {
-    const Vector3d at = network.rest_position.col(node) - origin_;
-    int covered = 0;
-    for_each_place({samples, samples, 1}, [&](int i, int j, int) {
-      const double x = at.x() + a.x() * ((i + 0.5) / samples - 0.5);
-      const double y = at.y() + a.y() * ((j + 0.5) / samples - 0.5);
-      const bool inside =
-          probe.shape == Probe::Shape::fingertip
-              ? std::hypot(x, y) <= 0.5 * probe.size.x()
-              : std::abs(x) <= 0.5 * probe.size.x() && std::abs(y) <= 0.5 * probe.size.y();
-      covered += inside ? 1 : 0;
-    });
-    if (covered == 0) { continue; }
-    supports.push_back({node, static_cast<double>(covered)});
-    total += covered;
-    depth += covered * at.z();
+  const std::optional<NodeGrid> grid = tissue_grid(scene);
+  const double apart = grid ? 0.0 : node_spacing(network);
+  ProbeFace face;
+  if (grid) {
+    face = {.first = grid->first.head<2>(),
+            .spacing = grid->spacing.head<2>(),
+            .count = {grid->count[0], grid->count[1]},
+            .node = skin_columns(*grid)};
+  } else {
+    face.spacing.setConstant(apart);
+    face.node = face_nodes(network.rest_position, Face::z_min);
   }
+  const auto press = [&] {
+    face.points = face_points(probe, hertz_share_, face.spacing);
+    std::vector<double> share(face.node.size());
+    if (grid) {
+      face.press(origin_.head<2>(), share);
+    } else {
+      share = shares_of(face.points, origin_.head<2>(), face.node, network, apart);
+    }
+    std::vector<Support> supports;
+    for (std::size_t n = 0; n < share.size(); ++n) {
+      if (share[n] > 1e-12) { supports.push_back({face.node[n], share[n]}); }
+    }
+    std::ranges::sort(supports, {}, &Support::node);
+    double depth = 0.0;
+    for (const Support& s : supports) { depth += s.weight * network.rest_position(2, s.node); }
+    knots_.clear();
+    supports_.clear();
+    add_knot(depth, supports);
+  };
+  press();
   const bool free =
-      std::ranges::any_of(supports, [&](const Support& s) { return !network.is_fixed(s.node); });
+      std::ranges::any_of(supports_, [&](const Support& s) { return !network.is_fixed(s.node); });
   if (!free) { throw std::invalid_argument("no free node lies beneath the probe"); }
-  for (Support& s : supports) { s.weight /= total; }
-  depth /= total;
-  add_knot(depth, supports);
-  const PathInterval first = intervals_along(scene, origin_, direction_, depth).front();
-  intervals_ = {
-      {.begin = depth, .cutting_force = infinity, .label = first.label, .law = first.law}};
+  const double depth = knots_.front().depth;
+  beneath_ = intervals_along(scene, origin_, direction_, depth);
+  if (grid) {
+    const double bottom = grid->place(0, 0, grid->count[2] - 1).z();
+    const auto layers =
+        layers_between(beneath_, depth, std::min(bottom, bone_depth(beneath_)), 1.0);
+    if (!layers.empty()) {
+      hertz_share_ = face_compliance(layers, probe).best_share();
+      press();
+    }
+  }
+  intervals_ = {{.begin = knots_.front().depth,
+                 .cutting_force = infinity,
+                 .label = beneath_.front().label,
+                 .law = beneath_.front().law}};
 }
 
 NeedlePath::NeedlePath(const Scene& scene, const SpringNetwork& network) {

@@ -52,14 +52,13 @@ std::optional<double> skin_depth(const NodeGrid& grid, const Eigen::Vector2d& at
   return crossings.empty() ? std::nullopt : std::optional(crossings.front().depth);
 }
 
-std::vector<int> skin_nodes(const NodeGrid& grid) {
+std::vector<int> skin_columns(const NodeGrid& grid) {
   std::vector<int> skin;
   for_each_column(grid.count, [&](int i, int j) {
     int l = 0;
-    while (l < grid.count[2] && grid.at(i, j, l) < 0) { ++l; }
-    if (l < grid.count[2]) { skin.push_back(grid.at(i, j, l)); }
+    while (l + 1 < grid.count[2] && grid.at(i, j, l) < 0) { ++l; }
+    skin.push_back(grid.at(i, j, l));
   });
-  std::ranges::sort(skin);
   return skin;
 }
 

@@ -32,8 +32,8 @@ void number_nodes(NodeGrid& grid);
 /// Returns the depth along z at which tissue begins below a point [m]; empty without tissue.
 std::optional<double> skin_depth(const NodeGrid& grid, const Eigen::Vector2d& at);
 
-/// Returns the nodes without a node above them in their column, in order of their index.
-std::vector<int> skin_nodes(const NodeGrid& grid);
+/// Returns the first node of each column, x fastest; -1 for a column without nodes.
+std::vector<int> skin_columns(const NodeGrid& grid);
 
 /// Intersection of the line origin + xi n with a plane of nodes. Its nodes have bilinear weights,
 /// averaged over a disc of `radius` [m] with the pressure of a rigid flat punch.

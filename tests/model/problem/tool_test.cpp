@@ -162,7 +162,7 @@ TEST("the contact points of a bare chain are its nodes") {
   }
 }
 
-TEST("a probe's footprint counts nodes by their area beneath it") {
+TEST("a probe's face presses nodes with the pressure of a rigid face") {
   Scene scene = layered_scene(0.002);
   scene.needle.reset();
   scene.probe = Probe{.shape = Probe::Shape::ultrasound, .size = {0.004, 0.002}};
@@ -170,14 +170,22 @@ TEST("a probe's footprint counts nodes by their area beneath it") {
   const NeedlePath path(scene, network);
   CHECK(path.knots().size() == 1);
   double sum = 0.0;
+  double square = 0.0;  // mean of x^2 over the pressure
   for (const auto& s : path.supports(path.knots().front())) {
     const Eigen::Vector3d at = network.rest_position.col(s.node);
     CHECK(at.z() == 0.0);
-    // 4 mm x 2 mm over squares of 2 mm: one row of three nodes, the outer ones half covered.
-    CHECK_NEAR(s.weight, std::abs(at.x()) < 1e-9 ? 0.5 : 0.25, 1e-12);
     sum += s.weight;
+    square += s.weight * at.x() * at.x();
   }
   CHECK_NEAR(sum, 1.0, 1e-15);
+  // b^2 / 2 under a flat punch and b^2 / 4 under Hertz's pressure, b = 2 mm. Bilinear weights on a
+  // spacing h add the mean of f (1 - f) h^2, at most h^2 / 4.
+  const double share = path.hertz_share();
+  CHECK(share > 0.0);
+  CHECK(share < 1.0);
+  const double mean = 2e-6 - share * 1e-6;
+  CHECK(square > mean);
+  CHECK(square < mean + 1e-6);
 }
 
 TEST("a continuous trajectory moves at its speed to its depth, holds, and comes back") {

@@ -97,4 +97,42 @@ TEST("a point load on a lattice has the stiffness 0.85 E h") {
   CHECK_NEAR(1.0 / c[0].own / (modulus * 5e-3), 0.85, 0.03);
 }
 
+TEST("a rigid disc on a layer has the published stiffness, and a rectangle that of a rigid punch") {
+  // Table 1 of Hayes et al. 1972 for nu = 0.5 and a / h = 0.2 to 1; for nu = 0.4999 kappa is lower
+  // by 1e-3 at most.
+  const double nu = 0.4999;
+  for (const auto& [ratio, kappa] : {std::pair{0.2, 1.281}, {0.6, 2.211}, {1.0, 3.609}}) {
+    const Probe disc{.size = {2.0 * a, 2.0 * a}};
+    const FaceCompliance face = face_compliance({{a / ratio, modulus, nu}}, disc);
+    const double half_space = 2.0 * modulus * a / (1.0 - nu * nu);
+    CHECK_NEAR(1.0 / face.at(face.best_share()) / half_space / kappa, 1.0, 4e-3);
+    CHECK(face.at(face.best_share()) <= face.flat);
+  }
+  // Square on a half space: 1.012 times the disc of the same area (R. B. King, Int. J. Solids
+  // Struct. 23, 1657, 1987). The mixture is an upper bound of the compliance.
+  const Probe square{.shape = Probe::Shape::ultrasound, .size = {2.0 * a, 2.0 * a}};
+  const FaceCompliance face = face_compliance({{300.0 * a, modulus, 0.25}}, square);
+  const double same_area = 2.0 * modulus * square.radius() / (1.0 - 0.0625);
+  CHECK_NEAR(1.0 / face.at(face.best_share()) / same_area, 1.012, 0.015);
+}
+
+TEST("the points of a face carry the force of its pressure") {
+  for (const auto shape : {Probe::Shape::fingertip, Probe::Shape::ultrasound}) {
+    const Probe probe{.shape = shape, .size = {2.0 * a, 2.0 * a}};
+    for (const double share : {0.0, 0.4}) {
+      double force = 0.0;
+      double square = 0.0;
+      for (const ProbeFace::Point& p : face_points(probe, share, {0.3 * a, 0.3 * a})) {
+        force += p.share;
+        square += p.share * p.place.x() * p.place.x();
+      }
+      CHECK_NEAR(force, 1.0, 1e-12);
+      // Mean of x^2: disc a^2 / 3 and a^2 / 5, rectangle a^2 / 2 and a^2 / 4.
+      const bool disc = shape == Probe::Shape::fingertip;
+      const double exact = disc ? (1.0 - share) / 3.0 + share / 5.0 : 0.5 - 0.25 * share;
+      CHECK_NEAR(square / (a * a), exact, 2e-3);
+    }
+  }
+}
+
 }  // namespace
