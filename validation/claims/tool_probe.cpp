@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 /// Probes: continuum solutions, palpation of bone, sliding along the skin.
 
+#include <functional>
+
 #include "model/problem/needle_path.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "reference/static_equilibrium.hpp"
 #include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
+#include "validation/number_text.hpp"
 #include "validation/palpation_map.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::tools {
 
@@ -89,14 +94,15 @@ void measure_map(const CaseContext& context, Outcome& outcome) {
                      "theory: the same springs; 10 um deep, strains of 1e-3");
 }
 
-/// A finger that presses fat over a spinous process that begins 10 mm below the skin, to 8 mm.
+/// A finger that presses fat over a spinous process that begins 12 mm below the skin, to 10 mm.
 void measure_monotonic(const CaseContext& context, Outcome& outcome) {
   Scene scene = palpated_scene();
   scene.materials[0].poissons_ratio = 0.45;
   scene.materials[0].damping_ratio = 0.0;
   scene.materials[0].retardation_time = 1e-3;
-  scene.drive = Drive{.speed = 0.05, .depth = 0.008};
-  scene.simulation = {.duration = 0.16, .step = 1e-3, .integrator = "implicit-euler"};
+  scene.tissue.inclusions[0].centre.z() = 0.020;
+  scene.drive = Drive{.speed = 0.05, .depth = 0.010};
+  scene.simulation = {.duration = 0.2, .step = 1e-3, .integrator = "implicit-euler"};
   const SpringNetwork network = build_network(scene);
   const Trace trace = roll_out(context, scene, &network, {.every = 8, .cells = &network});
   const std::vector<double>& force = trace.values("tool.force_n");
@@ -110,10 +116,112 @@ void measure_monotonic(const CaseContext& context, Outcome& outcome) {
                          "law: no cell turns inside out");
 }
 
+// Continuum: a rigid disc on gel, in steps that end at rest.
+
+constexpr double gel_modulus = 1e4;
+constexpr double disc = 0.0075;  ///< radius [m]
+
+/// Disc on a block of gel that is bonded to a rigid base, with free sides.
+struct Gel {
+  double nu = 0.25;
+  double thickness = 0.012;
+  double half_width = 0.036;
+};
+
+Scene disc_on_gel(const Gel& gel, double spacing) {
+  const auto cells = [&](double length) { return static_cast<int>(std::lround(length / spacing)); };
+  const int across = 2 * cells(gel.half_width) + 1;
+  Scene scene;
+  scene.tissue.source = Source::lattice;
+  scene.tissue.fixed = {Face::z_max};
+  scene.tissue.lattice = {
+      .nodes = {across, across, cells(gel.thickness) + 1}, .spacing = spacing, .material = "gel"};
+  scene.materials = {tissue_of("gel", gel_modulus, 1.0, 0.0)};
+  scene.materials[0].poissons_ratio = gel.nu;
+  scene.materials[0].damping_ratio = 0.0;
+  scene.materials[0].retardation_time = 1e-3;
+  scene.probe = Probe{.size = {2.0 * disc, 2.0 * disc}};
+  return scene;
+}
+
+/// Force over insertion of a disc that rests on gel at a thousandth of its radius.
+double disc_stiffness(const CaseContext& context, const Gel& gel, double spacing) {
+  Scene scene = disc_on_gel(gel, spacing);
+  constexpr double depth = 1e-3 * disc;
+  scene.drive = Drive{.speed = depth / 0.1, .depth = depth, .hold = 1.0};
+  // Ticks that are long against the periods of the gel: each reduces the motion to a hundredth.
+  scene.simulation = {.duration = 0.4, .step = 0.1, .integrator = "implicit-euler"};
+  return insert(context, scene).tool.back().forces.total / depth;
+}
+
+/// Compares a disc with Hayes' layer on a ladder of spacings. Bounds are relative to the truth.
+void judge_ladder(const CaseContext& context, const Gel& gel, const std::vector<double>& spacings,
+                  double sides, Table& table, Outcome& outcome) {
+  const reference::PunchFactor factor = reference::punch_on_layer(disc / gel.thickness, gel.nu);
+  const double half_space = 2.0 * gel_modulus * disc / (1.0 - gel.nu * gel.nu);
+  const double truth = factor.kappa * half_space;
+  std::vector<double> found;
+  for (const double spacing : spacings) {
+    found.push_back(disc_stiffness(context, gel, spacing));
+    table.rows.push_back({gel.nu, 1e3 * spacing, 2.0 * disc / spacing, half_space, truth,
+                          found.back(), 100.0 * (found.back() / truth - 1.0)});
+  }
+  const std::string name = "_nu_" + plain_number(gel.nu, 2);
+  Largest worst;
+  for (const double stiffness : found) { worst.add(std::abs(stiffness / truth - 1.0)); }
+  outcome.judge({.name = "largest_error" + name,
+                 .value = worst.value(),
+                 .upper = 0.05,
+                 .bound_from = "continuum: Hayes et al. 1972, on every grid; uncertainty: its "
+                               "quadrature and the free sides of the block",
+                 .uncertainty = factor.uncertainty / factor.kappa + sides});
+  const double index = grid_convergence(spacings, found).index;
+  outcome.judge_at_most("error_on_the_finest_grid" + name, std::abs(found.back() / truth - 1.0),
+                        index + sides + 1e-3,
+                        "theory: the grid convergence index of three grids, the free sides, and "
+                        "0.1 % for a pressure of two terms");
+  outcome.judge_at_most("grid_convergence_index" + name, index, 0.03,
+                        "wanted: forces that no longer depend on the grid");
+}
+
+void measure_disc(const CaseContext& context, Outcome& outcome, bool thin) {
+  Table& table = outcome.table(
+      "grids", "Stiffness of a rigid disc on gel",
+      "Disc of 15 mm, E = 10 kPa; truth: W. C. Hayes et al., J. Biomech. 5, 541, 1972, solved anew "
+      "for this ratio of radius to thickness.",
+      {"nu", "spacing (mm)", "cells across the disc", "half space (N/m)", "truth (N/m)",
+       "found (N/m)", "error (%)"});
+  for (const double nu : {0.25, 0.49}) {
+    Gel gel{.nu = nu};
+    std::vector<double> spacings{0.006, 0.004, 0.003, 0.002};
+    if (!thin) {
+      gel = {.nu = nu, .thickness = 0.045, .half_width = 0.0675};
+      spacings = {0.01125, 0.0075, 0.005625, 0.0045};
+    }
+    if (context.quick) { spacings.pop_back(); }
+    // The free sides: twice the change with two thirds more width, on the coarsest grid.
+    Gel wide = gel;
+    wide.half_width *= 5.0 / 3.0;
+    const double sides = 2.0 * std::abs(disc_stiffness(context, wide, spacings[0]) /
+                                            disc_stiffness(context, gel, spacings[0]) -
+                                        1.0);
+    judge_ladder(context, gel, spacings, sides, table, outcome);
+    outcome.report("effect_of_the_sides_nu_" + plain_number(nu, 2), sides);
+  }
+}
+
 }  // namespace
 
 std::vector<Case> probe_cases() {
   return {
+      {"probe/half-space", "accuracy",
+       "A rigid disc on a deep block has the stiffness of a flat punch, 2 E a / (1 - nu^2) times "
+       "Hayes' factor for its depth, on every grid.",
+       std::bind(measure_disc, std::placeholders::_1, std::placeholders::_2, false), 20.0},
+      {"probe/layer", "accuracy",
+       "A rigid disc on a layer over rigid ground has the stiffness of Hayes et al. 1972, on every "
+       "grid.",
+       std::bind(measure_disc, std::placeholders::_1, std::placeholders::_2, true), 10.0},
       {"probe/over-bone", "accuracy",
        "The force of a finger that presses fat over bone never falls, and no cell of the tissue "
        "turns inside out.",

@@ -41,10 +41,14 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
   const Mutation wide{.name = "needle 10 % too wide", .model = [](Scene& scene, SpringNetwork&) {
                         if (scene.needle) { scene.needle->diameter *= 1.1; }
                       }};
+  const Mutation wide_disc{.name = "disc 10 % too wide", .model = [](Scene& scene, SpringNetwork&) {
+                             if (scene.probe) { scene.probe->size *= 1.1; }
+                           }};
   const Mutation hollow{.name = "no volume terms",
                         .model = [](Scene&, SpringNetwork& network) { network.cells.clear(); }};
   check_red("", {{wide, {"needle/continuum-stiffness"}},
-                 {hollow, {"probe/over-bone"}},
+                 {wide_disc, {"probe/layer", "probe/half-space"}},
+                 {hollow, {"probe/over-bone", "probe/layer"}},
                  {stiffer(),
                   {"needle/chain", "needle/order", "needle/rest", "needle/momentum",
                    "probe/palpation-map", "tissue/cube", "tissue/image"}},
