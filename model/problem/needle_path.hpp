@@ -4,6 +4,7 @@
 
 #include <array>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -86,6 +87,7 @@ class NeedlePath {
   struct Support {
     int node = 0;
     double weight = 0.0;  ///< the weights of a contact point sum to one
+    int column = -1;      ///< of a sliding probe's face, whose weights change
   };
   /// Contact point: a material point on the path that moves with the weighted mean of nodes.
   struct Knot {
@@ -117,6 +119,9 @@ class NeedlePath {
   /// Returns the share of Hertz's pressure in the pressure of a probe (model/EQUATIONS.md, "Contact
   /// of a size").
   [[nodiscard]] double hertz_share() const { return hertz_share_; }
+  /// Returns the face of a sliding probe, whose supports are all nodes that it ever presses; empty
+  /// for other tools.
+  [[nodiscard]] const std::optional<ProbeFace>& sliding_face() const { return sliding_face_; }
   /// Returns the depth at which bone begins [m]; infinite without bone.
   [[nodiscard]] double bone() const { return bone_; }
 
@@ -152,6 +157,7 @@ class NeedlePath {
   std::vector<PathInterval> intervals_;
   std::vector<PathInterval> beneath_;
   double hertz_share_ = 0.0;
+  std::optional<ProbeFace> sliding_face_;
   std::vector<Piece> pieces_;
   double bone_ = std::numeric_limits<double>::infinity();
 };

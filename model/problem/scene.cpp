@@ -92,4 +92,14 @@ int record_node(const Record& record, const SpringNetwork& network) {
   return static_cast<int>(nearest);
 }
 
+Eigen::Vector2d Probe::centre(double t) const noexcept {
+  if (!path) { return entry; }
+  const auto after = std::ranges::upper_bound(*path, t, {}, [](const auto& p) { return p.x(); });
+  if (after == path->begin()) { return path->front().tail<2>(); }
+  if (after == path->end()) { return path->back().tail<2>(); }
+  const Eigen::Vector3d& a = *(after - 1);
+  const double share = (t - a.x()) / (after->x() - a.x());
+  return a.tail<2>() + share * (after->tail<2>() - a.tail<2>());
+}
+
 }  // namespace palpate

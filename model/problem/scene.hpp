@@ -71,7 +71,12 @@ struct Probe {
   enum class Shape { fingertip, ultrasound } shape = Shape::fingertip;
   Eigen::Vector2d size{0.015, 0.015};  ///< fingertip: diameter; ultrasound: along x and y [m]
   Eigen::Vector2d entry{0.0, 0.0};     ///< centre of the footprint [m]
-  double mass = 0.1;                   ///< for a drive by force [kg]
+  /// Times [s] and centres [m] of a probe that slides along the skin, instead of `entry`: linear
+  /// between the times, constant before and after. Not empty, times ascend.
+  std::optional<std::vector<Eigen::Vector3d>> path{};
+  double mass = 0.1;  ///< for a drive by force [kg]
+  /// Returns the centre of the footprint at a time [m].
+  [[nodiscard]] Eigen::Vector2d centre(double t) const noexcept;
   /// Radius of a disc with the area of the footprint [m].
   [[nodiscard]] double radius() const {
     return shape == Shape::fingertip ? 0.5 * size.x() : std::sqrt(size.prod() / std::numbers::pi);

@@ -420,6 +420,11 @@ template <class Visitor, Is<Probe> T> void fields(Visitor& v, T& p) {
   v.value("size", Edges{p.size},
           {"m", range::positive, "Fingertip: diameter; ultrasound: edges along x and y"});
   v.value("entry", p.entry, {.unit = "m", .doc = "Centre of the footprint on the skin"});
+  v.value("path", p.path,
+          {.unit = "s, m",
+           .doc = "Times and centres of a probe that slides along the skin; linear between the "
+                  "times, which ascend"});
+  v.at_most_one("entry", "path");
   v.value("mass", p.mass,
           {"kg", range::positive, "Mass of the probe, used when a force drives it"});
   v.optional_table("map", p.map);

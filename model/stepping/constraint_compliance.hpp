@@ -33,6 +33,7 @@ template <class Real> class ConstraintCompliance {
              double tool_mass, Eigen::Index dof, const Solve& solve) {
     supports_ = std::move(supports);
     begin_ = std::move(begin);
+    solve_ = solve;
     tool_ = tool;
     tool_mass_ = tool_mass;
     dof_ = dof;
@@ -57,6 +58,8 @@ template <class Real> class ConstraintCompliance {
                           response_.row(supports_[i].coordinate + row % 3).template cast<double>();
       }
     }
+    right_ = right;
+    solution_ = solution;
     if (tool >= 0) {
       right = Vector<Real>::Unit(dof, tool);
       solve(right, solution);
@@ -73,6 +76,21 @@ template <class Real> class ConstraintCompliance {
     multipliers_.setZero(2 * knots + 3);
   }
   [[nodiscard]] bool learned() const { return dof_ > 0; }
+  /// Changes the weights of a single contact point and computes its response along one axis anew;
+  /// constraints must act along this axis alone. Does not allocate.
+  void reweigh(std::span<const Support> supports, Eigen::Index axis) noexcept {
+    right_.setZero();
+    for (std::size_t i = 0; i < supports.size(); ++i) {
+      supports_[i].weight = supports[i].weight;
+      right_(supports_[i].coordinate + axis) = static_cast<Real>(supports_[i].weight);
+    }
+    solve_(right_, solution_);
+    response_.col(axis) = solution_;
+    gram_(axis, axis) = 0.0;
+    for (const Support& s : supports_) {
+      gram_(axis, axis) += s.weight * static_cast<double>(solution_(s.coordinate + axis));
+    }
+  }
 
   /// Removes all constraint rows. A row is the sum over contact points of coefficient . U, plus
   /// `on_tool` times the tool's coordinate.
@@ -207,7 +225,10 @@ template <class Real> class ConstraintCompliance {
   double tool_mass_ = 0.0;
   Eigen::Index dof_ = 0;
   Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> response_{};  ///< P^-1 of each direction
-  Eigen::MatrixXd gram_{};      ///< 3 contact points x 3 contact points
+  Eigen::MatrixXd gram_{};  ///< 3 contact points x 3 contact points
+  Solve solve_{};
+  Vector<Real> right_{};
+  Vector<Real> solution_{};
   double tool_response_ = 0.0;  ///< P^-1 of the tool's coordinate, on which no spring acts
 
   std::vector<Row> row_{};

@@ -25,6 +25,8 @@ std::string_view name_of(ToolEvent event) {
 
 ToolState::ToolState(const Scene& scene, const SpringNetwork& network) : path_(scene, network) {
   if (scene.syringe) { syringe_.emplace(*scene.syringe); }
+  if (path_.sliding_face()) { sliding_ = scene.probe; }
+  centre_ = path_.origin().head<2>();
 }
 
 std::vector<Column> ToolState::columns() const {
@@ -42,6 +44,10 @@ std::vector<Column> ToolState::columns() const {
   add("tool.insertion_m", "m");
   add("tool.cut_m", "m");
   add("tool.lateral_n", "N");
+  if (sliding_) {
+    add("probe.x_m", "m");
+    add("probe.y_m", "m");
+  }
   return columns;
 }
 
@@ -58,6 +64,10 @@ void ToolState::sample(std::span<double> row) const noexcept {
   }
   for (const double value : {place_, in_tissue() ? cut_ : 0.0, f.lateral}) {
     row[column++] = value;
+  }
+  if (sliding_) {
+    row[column++] = centre_.x();
+    row[column++] = centre_.y();
   }
 }
 

@@ -75,6 +75,8 @@ class ToolState {
   void happen(double t, ToolEvent event, std::size_t interval) noexcept;
 
   NeedlePath path_;
+  std::optional<Probe> sliding_{};    ///< a probe with a path
+  Eigen::Vector2d centre_{0.0, 0.0};  ///< of a sliding probe [m]
   std::optional<SyringePressure> syringe_{};
   TipMode tip_ = TipMode::outside;
   double mass_ = 0.0;      ///< [kg]; zero under a prescribed trajectory
@@ -116,6 +118,12 @@ template <class Real> class ToolContact : public ToolState {
       Knot mine{supports_.size(), 0, knot.depth, 0.0, 0.0, 0.0, 0.0, 0.0};
       for (const NeedlePath::Support& s : path_.supports(knot)) {
         const Eigen::Index c = layout.first[static_cast<std::size_t>(s.node)];
+        if (sliding_) {
+          const double rest = n_.dot(problem.network().rest_position.col(s.node));
+          columns_.push_back({static_cast<std::size_t>(s.column),
+                              c < 0 ? no_support : supports_.size(), rest,
+                              c < 0 ? n_.dot(held.col(s.node)) - rest : -rest});
+        }
         mine.held -= s.weight * n_.dot(problem.network().rest_position.col(s.node));
         if (c < 0) {
           mine.held += s.weight * n_.dot(held.col(s.node));
@@ -128,6 +136,7 @@ template <class Real> class ToolContact : public ToolState {
       mine.count = supports_.size() - mine.first;
       knots_.push_back(mine);
     }
+    if (sliding_) { share_.resize(path_.sliding_face()->node.size()); }
     across_[0] = n_.unitOrthogonal();
     across_[1] = n_.cross(across_[0]);
     shaft_share_.assign(knots_.size(), 0.0);
@@ -173,6 +182,7 @@ template <class Real> class ToolContact : public ToolState {
     theta_ = theta;
     depth_begin_ = depth_;
     first_evaluation_ = true;
+    if (sliding_) { slide(t + h); }
     const bool changed = !is_coordinate() && follow(t, h, state);
     if (predict && in_tissue()) {
       gather(state.position, state.velocity);
@@ -366,6 +376,14 @@ template <class Real> class ToolContact : public ToolState {
     double velocity;      ///< V_k
     double acceleration;  ///< of the free supports, without the contact force
   };
+  static constexpr std::size_t no_support = std::numeric_limits<std::size_t>::max();
+  /// Column of skin nodes that a sliding face may press.
+  struct FaceColumn {
+    std::size_t column;
+    std::size_t support;  ///< no_support for a fixed node
+    double rest;          ///< depth of the node at rest [m]
+    double held;          ///< part of Knot::held per unit of weight [m]
+  };
   /// Coupling of tip and shaft with the network, and their forces.
   struct Contact {
     double tip_tip = 0.0;  ///< Gram entries including the tool's 1/m [1/kg]
@@ -375,6 +393,26 @@ template <class Real> class ToolContact : public ToolState {
     bool shaft_held = false;
   };
 
+  /// Moves the face of a sliding probe to its centre at a time: new weights of its contact point.
+  void slide(double t) noexcept {
+    const Eigen::Vector2d centre = sliding_->centre(t);
+    if (centre == centre_) { return; }
+    centre_ = centre;
+    path_.sliding_face()->press(centre, share_);
+    Knot& knot = knots_.front();
+    knot.depth = knot.held = knot.mobility = 0.0;
+    for (const FaceColumn& column : columns_) {
+      const double weight = share_[column.column];
+      knot.depth += weight * column.rest;
+      knot.held += weight * column.held;
+      if (column.support == no_support) { continue; }
+      Support& support = supports_[column.support];
+      support.weight = weight;
+      knot.mobility += weight * weight * support.inverse_mass;
+    }
+    depth_ = cut_ = knot.depth;
+    if (held_.learned()) { held_.reweigh(supports_, 2); }
+  }
   /// Evaluates the drive's trajectory over a step. Returns true if it changed the state.
   bool follow(double t, double h, State<Real>& state) noexcept {
     const double from = std::min(trajectory_.place(t), path_.bone());
@@ -997,6 +1035,8 @@ template <class Real> class ToolContact : public ToolState {
 
   std::vector<Support> supports_;
   std::vector<Knot> knots_;
+  std::vector<FaceColumn> columns_;    ///< of a sliding probe
+  std::vector<double> share_;          ///< of the columns in the force of a sliding probe
   ConstraintCompliance<Real> held_{};  ///< used by implicit schemes only
   std::vector<double> shaft_share_;    ///< l_k / L
   double limit_ = 0.0;                 ///< L [N]

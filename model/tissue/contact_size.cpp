@@ -618,12 +618,13 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
       tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0);
     }
   }
-  if (!(std::ranges::max(tip.value) > negligible)) {
+  // The contact of a sliding face is never rigid: the tissue at its edge enters at once.
+  if (!(std::ranges::max(tip.value) > negligible) && !sliding_face_) {
     tip.depth.clear();
     tip.value.clear();
     return tip;
   }
-  double least = std::numeric_limits<double>::infinity();
+  double least = sliding_face_ ? negligible : std::numeric_limits<double>::infinity();
   for (const double value : tip.value) {
     if (value > 0.0) { least = std::min(least, value); }
   }

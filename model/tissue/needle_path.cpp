@@ -348,9 +348,37 @@ std::vector<double> shares_of(const std::vector<ProbeFace::Point>& points,
 
 }  // namespace
 
+namespace {
+
+/// Returns which columns of nodes a face presses at some time on its path.
+std::vector<char> touched_columns(const ProbeFace& face, const Probe& probe) {
+  std::vector<char> touched(face.node.size(), 0);
+  const std::vector<Eigen::Vector3d>& path = *probe.path;
+  constexpr double margin = 1.25;  // a cell, and half the distance of the places below, in spacings
+  for (std::size_t n = 0; n < path.size(); ++n) {
+    const Eigen::Vector2d from = path[n].tail<2>();
+    const Eigen::Vector2d way = path[std::min(n + 1, path.size() - 1)].tail<2>() - from;
+    const double steps = std::ceil(2.0 * way.cwiseQuotient(face.spacing).cwiseAbs().sum()) + 1.0;
+    for (double k = 0.0; k < steps; k += 1.0) {
+      const Eigen::Vector2d at = from + k / steps * way;
+      for (std::size_t column = 0; column < touched.size(); ++column) {
+        const auto nx = static_cast<std::size_t>(face.count[0]);
+        const Eigen::Vector2d place(static_cast<double>(column % nx),
+                                    static_cast<double>(column / nx));
+        const Eigen::Vector2d away = face.first + face.spacing.cwiseProduct(place) - at;
+        const Eigen::Vector2d reach = 0.5 * probe.size + margin * face.spacing;
+        if ((away.cwiseAbs() - reach).maxCoeff() < 0.0) { touched[column] = 1; }
+      }
+    }
+  }
+  return touched;
+}
+
+}  // namespace
+
 void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
   const Probe& probe = *scene.probe;
-  origin_.head<2>() = probe.entry;
+  origin_.head<2>() = probe.centre(0.0);
   const std::optional<NodeGrid> grid = tissue_grid(scene);
   const double apart = grid ? 0.0 : node_spacing(network);
   ProbeFace face;
@@ -363,6 +391,8 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
     face.spacing.setConstant(apart);
     face.node = face_nodes(network.rest_position, Face::z_min);
   }
+  const bool slides = grid && probe.path;
+  const std::vector<char> touched = slides ? touched_columns(face, probe) : std::vector<char>();
   const auto press = [&] {
     face.points = face_points(probe, hertz_share_, face.spacing);
     std::vector<double> share(face.node.size());
@@ -373,7 +403,10 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
     }
     std::vector<Support> supports;
     for (std::size_t n = 0; n < share.size(); ++n) {
-      if (share[n] > 1e-12) { supports.push_back({face.node[n], share[n]}); }
+      const bool may = slides && touched[n] != 0 && face.node[n] >= 0;
+      if (share[n] > 1e-12 || may) {
+        supports.push_back({face.node[n], share[n], slides ? static_cast<int>(n) : -1});
+      }
     }
     std::ranges::sort(supports, {}, &Support::node);
     double depth = 0.0;
@@ -397,6 +430,7 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
       press();
     }
   }
+  if (slides) { sliding_face_ = std::move(face); }
   intervals_ = {{.begin = knots_.front().depth,
                  .cutting_force = infinity,
                  .label = beneath_.front().label,

@@ -161,13 +161,62 @@ void check_map(const Scene& scene, const Probe& probe, bool sound, Rules& rules)
                  list_of(*half) + " m");
 }
 
+/// Checks the path of a sliding probe. `sound` as in check_map.
+void check_path(const Scene& scene, const Probe& probe, bool sound, Rules& rules) {
+  const std::vector<Eigen::Vector3d>& path = *probe.path;
+  const auto key = [](std::size_t n) { return "probe.path[" + std::to_string(n) + "]"; };
+  rules.must(!path.empty(), "probe.path", "empty; must have at least one [t, x, y]");
+  for (std::size_t n = 0; n < path.size(); ++n) {
+    if (!path[n].allFinite()) {
+      return rules.must(false, key(n), list_of(path[n]) + "; must be finite");
+    }
+    if (n > 0 && !(path[n].x() > path[n - 1].x())) {
+      return rules.must(false, key(n),
+                        "t = " + number_in_words(path[n].x()) + " s after t = " +
+                            number_in_words(path[n - 1].x()) + " s; times must ascend");
+    }
+  }
+  const Tissue& tissue = scene.tissue;
+  const bool known =
+      tissue.source != Source::network &&
+      (tissue.source != Source::lattice || tissue.lattice.weights == LatticeWeights::cell);
+  rules.must(known, "probe.path",
+             "given for a tissue without materials on a grid; needs a lattice with weights = "
+             "\"cell\", layers, a mesh or an image");
+  rules.must(scene.simulation.near_radius == 0.0, "simulation.near_radius",
+             number_in_words(scene.simulation.near_radius) +
+                 " m; must be 0 with probe.path: the reduced-order model has no response to a "
+                 "force that moves");
+  if (!sound || !known) { return; }
+  const std::optional<NodeGrid> grid = sound_grid(scene, rules);
+  for (std::size_t n = 0; n < path.size(); ++n) {
+    if (!grid) {  // a flat skin is convex
+      check_entry(scene, path[n].tail<2>(), 0.5 * probe.size, key(n), rules);
+      continue;
+    }
+    const Eigen::Vector3d way = path[std::min(n + 1, path.size() - 1)] - path[n];
+    const int steps =
+        1 + static_cast<int>(way.tail<2>().norm() / grid->spacing.head<2>().minCoeff());
+    for (int k = 0; k < steps; ++k) {
+      const Eigen::Vector2d at = path[n].tail<2>() + k * way.tail<2>() / steps;
+      if (const auto wrong = wrong_on(*grid, at, 0.5 * probe.size)) {
+        return rules.must(false, key(n), "at " + list_of(at) + " m: " + *wrong);
+      }
+    }
+  }
+}
+
 void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
   Rules ranges;
   RangeCheck(ranges, "").table("probe", probe);
   const bool sound = ranges.none_broken();
   rules.must(probe.shape == Probe::Shape::ultrasound || probe.size.x() == probe.size.y(),
              "probe.size", list_of(probe.size) + " m; must be one diameter for a fingertip");
-  if (sound) { check_entry(scene, probe.entry, 0.5 * probe.size, "probe.entry", rules); }
+  if (probe.path) {
+    check_path(scene, probe, sound, rules);
+  } else if (sound) {
+    check_entry(scene, probe.entry, 0.5 * probe.size, "probe.entry", rules);
+  }
   if (probe.map) { check_map(scene, probe, sound, rules); }
 }
 

@@ -104,7 +104,7 @@ Json needle_facts(const Needle& needle, const NeedlePath& path) {
 Json probe_facts(const Probe& probe, const NeedlePath& path) {
   const bool round = probe.shape == Probe::Shape::fingertip;
   return object("kind", "probe", "shape", scene_word(probe.shape), "size_m",
-                values_in(probe.size.head(round ? 1 : 2)), "entry_m", values_in(probe.entry),
+                values_in(probe.size.head(round ? 1 : 2)), "entry_m", values_in(probe.centre(0.0)),
                 "mass_kg", probe.mass, "nodes_beneath", path.knots().front().count, "on",
                 path.intervals().front().label);
 }

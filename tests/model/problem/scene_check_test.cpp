@@ -315,6 +315,23 @@ TEST("a probe lies on the skin as a whole") {
   accepts(scene);
 }
 
+TEST("the path of a probe ascends in time and stays on the skin") {
+  Scene scene = with_probe();
+  scene.probe->path = {{0.0, -0.002, 0.0}, {1.0, 0.002, 0.001}};
+  accepts(scene);
+  refuses(scene, "probe.path", "empty", [](Scene& s) { s.probe->path->clear(); });
+  refuses(scene, "probe.path[1]", "times must ascend",
+          [](Scene& s) { (*s.probe->path)[1].x() = 0.0; });
+  refuses(scene, "probe.path[0]", "must be finite",
+          [](Scene& s) { (*s.probe->path)[0].y() = std::nan(""); });
+  refuses(scene, "probe.path[1]", "all of its size",
+          [](Scene& s) { (*s.probe->path)[1].z() = 0.016; });
+  refuses(scene, "simulation.near_radius", "must be 0 with probe.path",
+          [](Scene& s) { s.simulation.near_radius = 0.01; });
+  refuses(scene, "probe.path", "without materials on a grid",
+          [](Scene& s) { s.tissue.lattice.weights = LatticeWeights::uniform; });
+}
+
 TEST("a scene has one tool at most, and neither drive nor syringe without one") {
   const Scene needle = with_needle();
   refuses(needle, "probe", "only one", [](Scene& s) { s.probe = Probe{}; });

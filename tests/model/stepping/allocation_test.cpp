@@ -185,6 +185,12 @@ TEST("a tool under an applied force and a probe allocate nothing") {
     scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.3, .rise = 0.2};
     scene.simulation = {.duration = 1.0, .step = 1e-3};
     check_no_allocation(scene, 500);
+    if (!probe) { continue; }
+    scene.probe->path = {{0.0, -0.001, 0.0}, {1.0, 0.001, 0.0005}};
+    for (const char* integrator : {"velocity-verlet", "implicit-euler"}) {
+      scene.simulation.integrator = integrator;
+      check_no_allocation(scene, 500);
+    }
   }
 }
 

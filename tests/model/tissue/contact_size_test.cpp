@@ -135,4 +135,34 @@ TEST("the points of a face carry the force of its pressure") {
   }
 }
 
+TEST("a face that moves by a spacing has the same shares, a node further") {
+  ProbeFace face{.points = face_points({.size = {0.015, 0.015}}, 0.1, {0.004, 0.004}),
+                 .first = {-0.04, -0.04},
+                 .spacing = {0.004, 0.004},
+                 .count = {21, 21},
+                 .node = std::vector<int>(441, 1)};
+  std::vector<double> here(441);
+  std::vector<double> there(441);
+  for (const double x : {0.0, 0.0013, -0.0079}) {
+    face.press({x, 0.002}, here);
+    face.press({x + 0.004, 0.002}, there);
+    double sum = 0.0;
+    double largest = 0.0;
+    double change = 0.0;
+    for (std::size_t n = 0; n + 1 < 441; ++n) {
+      sum += here[n];
+      largest = std::max(largest, std::abs(there[n + 1] - here[n]));
+    }
+    CHECK_NEAR(sum, 1.0, 1e-14);
+    CHECK_NEAR(largest, 0.0, 1e-14);
+    // The shares are continuous: a way of 1e-6 of a spacing changes none by more than that.
+    face.press({x + 4e-9, 0.002}, there);
+    for (std::size_t n = 0; n < 441; ++n) {
+      change = std::max(change, std::abs(there[n] - here[n]));
+    }
+    CHECK(change > 0.0);
+    CHECK(change < 1e-6);
+  }
+}
+
 }  // namespace

@@ -44,10 +44,25 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
   const Mutation wide_disc{.name = "disc 10 % too wide", .model = [](Scene& scene, SpringNetwork&) {
                              if (scene.probe) { scene.probe->size *= 1.1; }
                            }};
+  const Mutation uneven{.name = "tissue 20 % stiffer for x > 0",
+                        .model = [](Scene&, SpringNetwork& network) {
+                          network.springs.change_each([&](Spring& s) {
+                            const bool right = network.rest_position(0, s.a) > 0.0;
+                            s.stiffness *= right ? 1.2 : 1.0;
+                          });
+                        }};
+  const Mutation late_probe{.name = "place of the probe 100 ms late", .trace = [](Trace& run) {
+                              for (Column& column : run.columns) {
+                                if (column.name != "probe.x_m") { continue; }
+                                std::shift_right(column.values.begin(), column.values.end(), 20);
+                              }
+                            }};
   const Mutation hollow{.name = "no volume terms",
                         .model = [](Scene&, SpringNetwork& network) { network.cells.clear(); }};
   check_red("", {{wide, {"needle/continuum-stiffness"}},
                  {wide_disc, {"probe/layer", "probe/half-space"}},
+                 {uneven, {"probe/slide"}},
+                 {late_probe, {"probe/slide"}},
                  {hollow, {"probe/over-bone", "probe/layer"}},
                  {stiffer(),
                   {"needle/chain", "needle/order", "needle/rest", "needle/momentum",
