@@ -123,7 +123,7 @@ void measure_supports_at_rest(const CaseContext& context, Outcome& outcome) {
     scene.drive->depth = 0.001;
     if (probe) {
       scene.needle.reset();
-      scene.probe = Probe{.size = {0.006, 0.006}};
+      scene.probe = Probe{.size = {0.004, 0.004}};  // presses free nodes alone
     }
     scene.simulation = {.duration = 1.5, .step = 1e-3, .integrator = "implicit-euler"};
     const auto [run, tool] =
