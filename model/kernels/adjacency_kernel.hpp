@@ -77,7 +77,7 @@ template <class Real, class Arch> struct PaddedVectors {
   }
 };
 
-/// What a loop over adjacency groups computes.
+/// Terms that a loop over adjacency groups computes.
 struct Terms {
   bool damped = false;
   bool measured = false;      ///< the elastic energy as well

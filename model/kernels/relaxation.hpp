@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// What relaxation leaves of an elastic tension T_e: share * T_e - held.
+/// Relaxed tension of an element: share * T_e - held, with its elastic tension T_e.
 struct Relaxed {
   double share = 1.0;
   double held = 0.0;

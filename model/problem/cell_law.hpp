@@ -141,7 +141,7 @@ Number mean_rate(const CellVolumes<Number>& volumes, const Corners<Number>& v,
   return sum / (Number(8) * rest_volume);
 }
 
-/// What relaxation leaves of a cell's pressure kappa (J - 1): share * pressure - held.
+/// Pressure of a relaxing cell: share * kappa (J - 1) - held.
 template <class Number> struct RelaxedCell {
   Number share;
   Number held;  ///< [Pa]

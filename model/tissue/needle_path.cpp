@@ -346,10 +346,6 @@ std::vector<double> shares_of(const std::vector<ProbeFace::Point>& points,
   return share;
 }
 
-}  // namespace
-
-namespace {
-
 /// Returns which columns of nodes a face presses at some time on its path.
 std::vector<char> touched_columns(const ProbeFace& face, const Probe& probe) {
   std::vector<char> touched(face.node.size(), 0);

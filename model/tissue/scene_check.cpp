@@ -12,6 +12,7 @@
 
 #include "model/problem/rules.hpp"
 #include "model/problem/scene_keys.hpp"
+#include "model/problem/spring_law.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "model/tissue/skin.hpp"
 #include "model/tissue/tissue_grid.hpp"
@@ -372,9 +373,7 @@ class Checker : private Rules {
            "shares of " + number_in_words(1.0 - law.lasting_share()) +
                " in all; must be < 1, so that some stiffness lasts");
     }
-    const PrintedForm& p = scene_.simulation.printed;
-    must(!any || !(p.sign || p.reversed || p.direction || p.half_force || p.lagged_velocity),
-         "simulation.equations",
+    must(!any || !SpringLaw::is_printed(scene_.simulation.printed), "simulation.equations",
          "a printed form of the spring force; materials with stiffening or relaxation need the "
          "corrected one");
   }
