@@ -34,7 +34,8 @@ std::vector<Case> all_cases() {
                            clinical::comparison_cases,
                            clinical::calibration_cases,
                            certificate::cases,
-                           gating::cases}) {
+                           gating::cases,
+                           subjects::cases}) {
     std::ranges::move(group(), std::back_inserter(cases));
   }
   return cases;
@@ -80,6 +81,8 @@ Outcome run_case(const Case& definition, const CaseContext& context) {
   try {
     definition.measure(context, outcome);
     conclude(outcome);
+  } catch (const CannotDo& lacking) {
+    outcome.skip(lacking.what());
   } catch (const std::exception& problem) {
     outcome.status = Status::error;
     outcome.reasons = {problem.what()};

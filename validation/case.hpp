@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +29,9 @@ struct CaseContext {
   std::uint64_t order = 0;
   /// Creates the simulator under test; empty: the model in this process.
   std::function<std::unique_ptr<Subject>()> subject{};
+  [[nodiscard]] std::unique_ptr<Subject> make_subject() const {
+    return subject ? subject() : std::make_unique<ModelSubject>();
+  }
   /// Fault planted in the candidate, never in a reference; checks that a faulty candidate fails.
   const Mutation* mutation = nullptr;
   const reference::Cache* cache = nullptr;  ///< cache of slow reference solutions; nullptr: none
@@ -47,6 +51,7 @@ struct Case {
   bool quick = true;    ///< part of --quick
   bool keeps =
       true;  ///< the result can be reused until code, options or data change; false: always run
+  bool any_subject = false;  ///< judges any simulator under test, not only the model
 };
 
 /// Returns all cases in the order of the groups.

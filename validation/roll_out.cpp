@@ -299,7 +299,8 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
     const StepStatus status = falcon ? falcon->tick() : subject.step({});
     const auto end = Clock::now();
     const double waited = control.clock != nullptr ? control.clock->facts().slept - slept : 0.0;
-    const double seconds = std::chrono::duration<double>(end - begin).count() - waited;
+    const double seconds = subject.step_seconds().value_or(
+        std::chrono::duration<double>(end - begin).count() - waited);
     trace.seconds += seconds;
     trace.slowest_tick = std::max(trace.slowest_tick, seconds);
     trace.steps += trace.substeps;
@@ -315,6 +316,9 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
       control.progress(static_cast<double>(trace.ticks) / static_cast<double>(count));
       last_progress = end;
     }
+  }
+  if (const std::string failure = subject.failure(); !failure.empty()) {
+    throw SubjectFailure(failure);
   }
   sampler.finish();
   if (falcon && control.falcon != nullptr) { *control.falcon = falcon->facts(); }
@@ -336,8 +340,7 @@ Trace roll_out(const CaseContext& context, Scene scene, const SpringNetwork* net
   control.device.extra_delay += mutation.loop_delay;
   const bool has_tool = scene.needle || scene.probe;
   const OtherOrder order(has_tool ? 0 : context.order, tissue, scene);
-  const std::unique_ptr<Subject> subject =
-      context.subject ? context.subject() : std::make_unique<ModelSubject>();
+  const std::unique_ptr<Subject> subject = context.make_subject();
   subject->load(scene, tissue, context.skip);
   Trace trace = roll_out(*subject, scene, options, control);
   order.undo(tissue, trace.position);

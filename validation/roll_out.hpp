@@ -79,7 +79,8 @@ struct RunControl {
 };
 
 /// Runs a loaded subject until the scene ends, the state diverges or a stop is requested. The trace
-/// contains the rows before the first state that is not finite or out of bounds.
+/// contains the rows before the first state that is not finite or out of bounds. Throws
+/// SubjectFailure if the subject crashes or does not answer.
 Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& options = {},
                const RunControl& control = {});
 

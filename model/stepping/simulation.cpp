@@ -96,6 +96,19 @@ QuantityColumns columns_of(RecordedQuantity quantity) {
 
 }  // namespace
 
+std::vector<Column> record_columns(const Scene& scene) {
+  std::vector<Column> columns;
+  for (const Record& record : scene.records) {
+    for (const RecordedQuantity quantity : record.quantities) {
+      const QuantityColumns names = columns_of(quantity);
+      for (const char* suffix : names.suffixes) {
+        columns.push_back({record.name + "." + suffix, names.unit, {}});
+      }
+    }
+  }
+  return columns;
+}
+
 Simulation::Core::Core(const Scene& scene, std::unique_ptr<Problem> of, bool skip)
     : problem(std::move(of)),
       network(dynamic_cast<const NetworkProblem*>(problem.get())),
@@ -107,13 +120,10 @@ Simulation::Core::Core(const Scene& scene, std::unique_ptr<Problem> of, bool ski
     columns = {{"x_m", "m", {}}, {"v_m_per_s", "m/s", {}}};
     return;
   }
+  columns = record_columns(scene);
   for (const Record& record : scene.records) {
     const int node = record_node(record, network->network());
     for (const RecordedQuantity quantity : record.quantities) {
-      const QuantityColumns names = columns_of(quantity);
-      for (const char* suffix : names.suffixes) {
-        columns.push_back({record.name + "." + suffix, names.unit, {}});
-      }
       Item item{node, quantity, {}, {}, {}};
       if (quantity == RecordedQuantity::force) {
         std::ranges::copy_if(network->network().springs, std::back_inserter(item.springs),
@@ -360,8 +370,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     if (plan.integrator->implicit) { tool_->before = state_; }
     audit_ = scene.output.audit;
     tool = &tool_->contact;
-    for (const Column& column : tool->columns()) { columns.push_back(column); }
-    text_columns = ToolState::text_columns();
+    for (const Column& column : tool_columns(scene)) { columns.push_back(column); }
+    text_columns = tool_text_columns();
   }
   /// Advances from t by one step [s]. Repeats a step of an implicit scheme while it violates the
   /// contact laws of tip or shaft.

@@ -14,6 +14,9 @@ namespace palpate {
 
 enum class StepStatus { ok, diverged };
 
+/// Returns the columns of the records of a scene with tissue.
+std::vector<Column> record_columns(const Scene& scene);
+
 class Simulation {
  public:
   /// The scene must have passed check_scene. Throws the exceptions of plan_steps.

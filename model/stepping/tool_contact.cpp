@@ -29,7 +29,7 @@ ToolState::ToolState(const Scene& scene, const SpringNetwork& network) : path_(s
   centre_ = path_.origin().head<2>();
 }
 
-std::vector<Column> ToolState::columns() const {
+std::vector<Column> tool_columns(const Scene& scene) {
   std::vector<Column> columns;
   const auto add = [&](const char* name, const char* unit) { columns.push_back({name, unit, {}}); };
   add("tool.depth_m", "m");
@@ -37,14 +37,14 @@ std::vector<Column> ToolState::columns() const {
                            "tool.applied_n"}) {
     add(name, "N");
   }
-  if (syringe_) {
+  if (scene.syringe) {
     add("syringe.pressure_pa", "Pa");
     add("syringe.thumb_n", "N");
   }
   add("tool.insertion_m", "m");
   add("tool.cut_m", "m");
   add("tool.lateral_n", "N");
-  if (sliding_) {
+  if (scene.probe && scene.probe->path) {
     add("probe.x_m", "m");
     add("probe.y_m", "m");
   }

@@ -53,12 +53,8 @@ class ToolState {
   /// Adds energy that the tissue's dampers dissipated [J].
   void add_damping_loss(double energy) noexcept { losses_.damping += energy; }
 
-  /// Columns of sample() and sample_text(), in the same order.
-  [[nodiscard]] std::vector<Column> columns() const;
+  /// Writes the values of tool_columns().
   void sample(std::span<double> row) const noexcept;
-  [[nodiscard]] static std::vector<TextColumn> text_columns() {
-    return {{"tool.layer", {}}, {"tool.event", {}}};
-  }
   /// Writes the layer and the events since the last call, and appends the events to `events`.
   void sample_text(std::span<std::string> row, std::vector<Event>& events);
   /// Events since the last clear_happenings(); events beyond the capacity are dropped.
@@ -234,6 +230,7 @@ template <class Real> class ToolContact : public ToolState {
     forces_.total = forces_.cutting + forces_.friction + forces_.stiffness;
     forces_.applied = is_coordinate() ? pushed : forces_.total;
     forces_.lateral = sideways_.norm();
+    forces_.sideways = sideways_;
     hand_power_end_ = forces_.applied * velocity_;
     if (first_evaluation_) { hand_power_begin_ = hand_power_end_; }
     first_evaluation_ = false;

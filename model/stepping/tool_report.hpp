@@ -4,8 +4,19 @@
 
 #include <cstddef>
 #include <string_view>
+#include <vector>
+
+#include "model/problem/scene.hpp"
+#include "model/problem/trace.hpp"
 
 namespace palpate {
+
+/// Returns the columns of the tool of a scene in a trace.
+std::vector<Column> tool_columns(const Scene& scene);
+/// Returns the text columns "tool.layer" and "tool.event".
+inline std::vector<TextColumn> tool_text_columns() {
+  return {{"tool.layer", {}}, {"tool.event", {}}};
+}
 
 enum class TipMode { outside, stuck, cutting, in_track };
 enum class ShaftMode { stick, forward, backward };  ///< forward: the needle slides into the tissue
@@ -15,9 +26,10 @@ struct ToolForces {
   double cutting = 0.0;
   double friction = 0.0;
   double stiffness = 0.0;
-  double total = 0.0;    ///< sum of the above
-  double applied = 0.0;  ///< by the hand
-  double lateral = 0.0;  ///< magnitude of the lateral tissue force
+  double total = 0.0;                       ///< sum of the above
+  double applied = 0.0;                     ///< by the hand
+  double lateral = 0.0;                     ///< magnitude of the lateral tissue force
+  Eigen::Vector3d sideways{0.0, 0.0, 0.0};  ///< lateral force on the tool
 };
 
 enum class ToolEvent { contact, puncture, loss_of_resistance, bone, dural_puncture, withdrawn };

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "device/byte_link.hpp"
+#include "reports/subject/foreign_subject.hpp"
 
 namespace palpate::cli {
 
@@ -67,6 +68,12 @@ void add_overrides(CLI::App& command, CommonOptions& options, const std::string&
 /// Adds the positional argument SCENE and the option --set.
 void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path& scene);
 
+/// Adds --subject and the options of other simulators.
+void add_subject_options(CLI::App& command, SubjectChoice& choice);
+
+/// Entries of a provenance that describe a subject.
+std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts);
+
 // Emulated devices on a pseudo-terminal or on standard input and output.
 
 void add_terminal(CLI::App& command, bool& pty);
@@ -103,13 +110,15 @@ template <class Options> struct Command {
 };
 
 /// Adds a command with --out and --quiet. Its options have the lifetime of the program.
+/// A command `parent name` is a subcommand of `parent`.
 template <class Options>
 Command<Options> add_command(Program& program, const std::string& name, const std::string& summary,
-                             int (*run)(const Options&)) {
+                             int (*run)(const Options&), CLI::App* parent = nullptr) {
   const auto options = std::make_shared<Options>();
-  options->name = name;
-  CLI::App* command = program.app.add_subcommand(name, summary);
-  add_value(*command, "--out", options->out, "DIR", "output folder [palpate-out/" + name + "]");
+  options->name = parent != nullptr ? parent->get_name() + "-" + name : name;
+  CLI::App* command = (parent != nullptr ? parent : &program.app)->add_subcommand(name, summary);
+  add_value(*command, "--out", options->out, "DIR",
+            "output folder [palpate-out/" + options->name + "]");
   command->add_flag("--quiet", options->quiet, "print errors only");
   command->callback([command, options, run, &program] {
     options->command = reproducible(*command);
@@ -123,6 +132,10 @@ Command<Options> add_command(Program& program, const std::string& name, const st
 void add_run(Program& program);
 void add_inspect(Program& program);
 void add_validate(Program& program);
+void add_export(Program& program);
+void add_subject(Program& program);
+/// Adds `subject check`, which judges with the cases of `validate`.
+void add_subject_check(Program& program, CLI::App& subject);
 void add_bench(Program& program);
 void add_steps(Program& program);
 void add_certify(Program& program);

@@ -33,9 +33,10 @@ int main(int argc, char** argv) {
   app.footer(integrator_help() +
              "\nExit codes: 0 all checks pass, 1 a check failed, 2 bad usage or input "
              "(nothing written),\n3 this machine cannot do it, 130 interrupted.");
-  for (const auto& add : {add_run, add_inspect, add_validate, add_bench, add_steps, add_certify,
-                          add_report, add_falcon, add_import, add_transducer, add_gate, add_approve,
-                          add_compare, add_calibrate, add_reconstruct}) {
+  for (const auto& add :
+       {add_run, add_inspect, add_validate, add_bench, add_steps, add_certify, add_report,
+        add_export, add_subject, add_falcon, add_import, add_transducer, add_gate, add_approve,
+        add_compare, add_calibrate, add_reconstruct}) {
     add(program);
   }
   for (CLI::App* each : app.get_subcommands({})) {

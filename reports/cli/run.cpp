@@ -42,6 +42,7 @@ struct RunOptions : CommonOptions {
   bool no_view = false;            ///< if true, report.html has no 3-D view
   bool packets = false;            ///< if true, packets.csv is written
   std::filesystem::path script{};  ///< script of faults on the Falcon's link
+  SubjectChoice subject{};
 };
 
 /// Trace of a run with the findings of its device and its clock.
@@ -49,6 +50,8 @@ struct FinishedRun {
   Trace trace{};
   std::optional<FalconFacts> falcon{};               ///< facts of the device, for a hand-held tool
   std::optional<device::DeadlineFacts> real_time{};  ///< only with the wall clock
+  std::optional<SubjectFacts> subject{};             ///< another simulator than the model
+  double control = 0.0;                              ///< of an empty call to it [s]
   std::vector<std::string> warnings{};
 
   [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
@@ -480,22 +483,28 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
   for (const ErrorSource& source : sources) { add_keys(estimate, source.of.c_str(), source.share); }
   json["error_estimate"] = estimate;
   if (refined) { json["refinement"] = list_of(sources, json_of); }
-  if (plan.first_mode) {
+  if (run.subject) {
+    json["subject"] = object("name", run.subject->name, "version", run.subject->version, "licence",
+                             run.subject->licence, "carrier", run.subject->carrier, "capabilities",
+                             names_of(run.subject->capabilities), "empty_call_s", run.control);
+  }
+  if (plan.first_mode && !run.subject) {
     json["first_mode"] =
         object("omega_rad_per_s", plan.first_mode->omega, "damping_ratio",
                plan.first_mode->damping_ratio, "stepped_damping_ratio", plan.stepped_damping_ratio);
   }
   add_keys(json, "nodes", network != nullptr ? network->network().node_count() : 1, "springs",
            network != nullptr ? network->network().springs.size() : 1, "ticks", trace.ticks,
-           "steps", trace.steps, "integrator", plan.integrator->name, "integrator_reason",
-           plan.integrator_reason, "substeps", plan.substeps, "integrator_step_s", plan.h,
-           "omega_max_rad_per_s", plan.bounds.omega_estimate, "h_omega_max",
-           plan.h * plan.bounds.omega_estimate, "load_s", loaded.load_seconds, "wall_s",
-           trace.seconds, "slowest_tick_s", trace.slowest_tick, "ns_per_spring_step",
-           run.ns_per_spring_step(simulation.spring_count()), "kernel", plan.kernel);
-  if (plan.sleep_force > 0.0) { json["awake_share"] = simulation.awake_share(); }
-  add_keys(json, "skipped", plan.skipped, "warnings", run.warnings, "zero_length_springs",
-           simulation.zero_length_springs(), "energy",
+           "steps", trace.steps, "integrator", trace.method, "integrator_reason",
+           run.subject ? "the subject's own" : plan.integrator_reason, "substeps", trace.substeps,
+           "integrator_step_s", trace.h, "omega_max_rad_per_s", plan.bounds.omega_estimate,
+           "h_omega_max", trace.h * plan.bounds.omega_estimate, "load_s", loaded.load_seconds,
+           "wall_s", trace.seconds, "slowest_tick_s", trace.slowest_tick, "ns_per_spring_step",
+           run.ns_per_spring_step(simulation.spring_count()), "kernel",
+           run.subject ? run.subject->carrier : plan.kernel);
+  if (plan.sleep_force > 0.0 && !run.subject) { json["awake_share"] = simulation.awake_share(); }
+  add_keys(json, "skipped", run.subject ? std::vector<std::string>{} : plan.skipped, "warnings",
+           run.warnings, "zero_length_springs", simulation.zero_length_springs(), "energy",
            object("initial_j", trace.energy.initial, "final_j", trace.energy.final, "max_j",
                   trace.energy.maximum));
   if (run.falcon) { json["device"] = device_json(*run.falcon); }
@@ -530,17 +539,24 @@ void add_step_facts(std::vector<Fact>& facts, const StepPlan& plan) {
   facts.push_back({"kernel", plan.kernel, ""});
 }
 
+void add_subject_facts(std::vector<Fact>& facts, const SubjectFacts& subject, double control) {
+  facts.push_back(
+      {"simulator", subject.name + " " + subject.version,
+       subject.carrier + (control > 0.0 ? "; an empty call takes " + quantity(1e6 * control, "us")
+                                        : std::string())});
+  facts.push_back({"capabilities", names_of(subject.capabilities), "declared by the simulator"});
+}
+
 /// Mean computation time of a tick as a fraction of the tick period.
-Fact tick_cost(const StepPlan& plan, const FinishedRun& run) {
-  const double tick = plan.h * plan.substeps;
+Fact tick_cost(const FinishedRun& run) {
+  const double tick = run.trace.h * run.trace.substeps;
   const double mean =
       run.trace.ticks > 0 ? run.trace.seconds / static_cast<double>(run.trace.ticks) : 0.0;
   return {"time for a tick", quantity(1e3 * mean, "ms"),
           short_number(100.0 * mean / tick, 3) + " % of its " + quantity(1e3 * tick, "ms") +
-              ", with " + std::to_string(plan.substeps) +
-              (plan.substeps == 1 ? " step of " : " steps of ") +
-              std::string(plan.integrator->name) + "; the slowest took " +
-              quantity(1e3 * run.trace.slowest_tick, "ms")};
+              ", with " + std::to_string(run.trace.substeps) +
+              (run.trace.substeps == 1 ? " step of " : " steps of ") + run.trace.method +
+              "; the slowest took " + quantity(1e3 * run.trace.slowest_tick, "ms")};
 }
 
 /// Number and largest lateness of ticks that are late relative to the wall clock.
@@ -592,8 +608,8 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
                    .held = !trace.diverged && trace.inverted_cells == 0,
                    .facts = tool_facts(trace),
                    .tool_figures = falcon_figures(trace),
-                   .skipped = plan.skipped,
-                   .trust = trust_facts(sources, plan),
+                   .skipped = run.subject ? std::vector<std::string>{} : plan.skipped,
+                   .trust = run.subject ? std::vector<Fact>{} : trust_facts(sources, plan),
                    .warnings = run.warnings,
                    .provenance = facts_of_map(provenance),
                    .command = options.command};
@@ -611,11 +627,12 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
     append(report.facts, falcon_fact_list(*run.falcon));
     report.tool_figures.push_back(force_reach_figure(*run.falcon));
   }
-  if (!report.facts.empty()) { report.facts.push_back(tick_cost(plan, run)); }
+  if (!report.facts.empty()) { report.facts.push_back(tick_cost(run)); }
   if (run.real_time) { report.facts.push_back(punctuality(*run.real_time)); }
   append(report.facts, scene_facts(loaded));
   append(report.facts, patient_facts(scene));
-  add_step_facts(report.facts, plan);
+  run.subject ? add_subject_facts(report.facts, *run.subject, run.control)
+              : add_step_facts(report.facts, plan);
   report.facts.push_back({"smallest corner of a cell", short_number(trace.smallest_jacobian, 3),
                           "volume relative to rest, at t = " +
                               quantity(trace.smallest_jacobian_at, "s") + "; inside out at 0"});
@@ -631,8 +648,7 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
   return report;
 }
 
-void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesystem::path& folder) {
-  const StepPlan& plan = loaded.simulation().plan();
+void tell(const FinishedRun& run, const std::filesystem::path& folder) {
   for (const std::string& warning : run.warnings) {
     std::fprintf(stderr, "palpate: warning: %s\n", warning.c_str());
   }
@@ -644,8 +660,8 @@ void tell(const FinishedRun& run, const LoadedScene& loaded, const std::filesyst
     std::fprintf(stderr, "palpate: unreliable: %s\n", reason.c_str());
   }
   std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n", status_of(run.trace),
-              run.trace.ticks, plan.substeps, std::string(plan.integrator->name).c_str(),
-              run.trace.seconds, (folder / "report.html").string().c_str());
+              run.trace.ticks, run.trace.substeps, run.trace.method.c_str(), run.trace.seconds,
+              (folder / "report.html").string().c_str());
   if (run.real_time) {
     std::printf("real time: %ld of %ld ticks a period late or more, the latest by %.3g ms\n",
                 run.real_time->missed, run.real_time->ticks, 1e3 * run.real_time->worst_lateness);
@@ -696,6 +712,28 @@ void write_packets(const std::filesystem::path& folder,
   }
 }
 
+/// Loads the scene into another simulator than the model; nullptr if the model is the subject.
+std::unique_ptr<Subject> foreign_subject(const RunOptions& options, const LoadedScene& loaded) {
+  if (!options.subject.foreign()) { return nullptr; }
+  if (options.refine) {
+    throw InputError("--refine with --subject: only the model refines its scene; use one");
+  }
+  const NetworkProblem* network = loaded.network();
+  if (network == nullptr) {
+    throw InputError(options.scene.string() +
+                     ": --subject: an oscillator is not tissue; a network");
+  }
+  std::unique_ptr<Subject> subject =
+      make_subject(options.subject, std::make_shared<const io::SceneFile>(loaded.file));
+  try {
+    subject->load(loaded.file.scene, network->network(), !options.no_skip);
+  } catch (const CannotDo& problem) {
+    throw InputError(options.scene.string() + ": --subject " + options.subject.subject + ": " +
+                     problem.what());
+  }
+  return subject;
+}
+
 int run_scene(const RunOptions& options) {
   catch_interrupts();
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
@@ -705,6 +743,7 @@ int run_scene(const RunOptions& options) {
       in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
   refuse_without_line(options, scene, in_hand);
   if (options.refine) { refuse_without_measure(options, loaded); }
+  const std::unique_ptr<Subject> foreign = foreign_subject(options, loaded);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
@@ -721,7 +760,12 @@ int run_scene(const RunOptions& options) {
   if (options.real_time) { control.clock = &clock.emplace(1.0 / rate); }
   FinishedRun result;
   if (in_hand) { control.falcon = &result.falcon.emplace(); }
-  result.trace = roll_out(loaded.subject, scene, samples, control);
+  if (foreign != nullptr) {
+    result.subject = foreign->facts();
+    result.control = foreign->round_trip();
+    if (foreign->node_positions().cols() == 0) { samples = {.energy_range = samples.energy_range}; }
+  }
+  result.trace = roll_out(foreign != nullptr ? *foreign : loaded.subject, scene, samples, control);
   if (clock) { result.real_time = clock->facts(); }
   const auto provenance = scene_provenance(loaded);
   io::write_trace_csv(folder / "trace.csv", result.trace);
@@ -730,9 +774,13 @@ int run_scene(const RunOptions& options) {
   if (network != nullptr && !result.trace.frames.position.empty()) {
     io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
   }
-  result.warnings = loaded.simulation().plan().warnings;
   std::vector<ErrorSource> sources = error_sources(loaded);
-  estimate_reduction(loaded, result.trace, sources[2], result.warnings);
+  if (foreign == nullptr) {
+    result.warnings = loaded.simulation().plan().warnings;
+    estimate_reduction(loaded, result.trace, sources[2], result.warnings);
+  } else {
+    for (ErrorSource& source : sources) { source.share.reset(); }
+  }
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
@@ -743,7 +791,7 @@ int run_scene(const RunOptions& options) {
         to_html(report_of(options, loaded, result, palpation, sources, provenance), result.trace));
   };
   write(false);
-  if (!options.quiet) { tell(result, loaded, folder); }
+  if (!options.quiet) { tell(result, folder); }
   if (result.trace.interrupted) { return interrupted_code; }
   if (options.refine && !result.trace.diverged) {
     const bool finished = refine(options, loaded, result.trace, control, sources);
@@ -771,6 +819,7 @@ void add_run(Program& program) {
             "faults on the Falcon's line, by time (TOML, docs/falcon.md)");
   command.add_flag("--packets", options.packets,
                    "write packets.csv: all packets on the Falcon's line");
+  add_subject_options(command, options.subject);
   command.footer(integrator_help());
 }
 

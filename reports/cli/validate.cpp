@@ -22,6 +22,7 @@
 #include "model/problem/input_error.hpp"
 #include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
+#include "reports/cli/expected_failures.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
@@ -53,6 +54,8 @@ struct ValidateOptions : CommonOptions {
   std::filesystem::path cache{};  ///< folder for references, judged cases and libraries; if empty,
                                   ///< the user's cache folder
   std::filesystem::path data{};   ///< networks outside the project; if empty, the default folders
+  SubjectChoice subject{};
+  std::filesystem::path expected{};  ///< list of known failures; empty: none
 };
 
 /// Settings that differ between the two commands.
@@ -63,6 +66,7 @@ struct Judging {
   /// Judges the complete results after all cases; may be empty.
   std::function<Outcome(const Results&)> afterwards{};
   bool keeps = false;  ///< if true, passed cases are not run again while their inputs are unchanged
+  bool advises = false;  ///< if true, advice is added to failed cases of subjects
 };
 
 /// Source folder that this program was built from. It contains the shipped scenes.
@@ -280,6 +284,9 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
     return outside_network(folders, name);
   };
   context.damaged_files = try_damaged_files;
+  if (options.subject.foreign()) {
+    context.subject = [choice = options.subject] { return make_subject(choice); };
+  }
   return context;
 }
 
@@ -333,6 +340,12 @@ void tell_end(const std::vector<Outcome>& outcomes, std::size_t total,
               sum.skipped, total, page.string().c_str());
 }
 
+/// Share of the cases that were judged: "12 of 15 cases judged".
+std::string coverage(const std::vector<Outcome>& outcomes) {
+  const Tally sum = tally(outcomes);
+  return std::to_string(sum.ran()) + " of " + std::to_string(sum.all()) + " cases judged";
+}
+
 void look_at_all(const ValidateOptions& options, const Judging& what, Results& results) {
   if (!what.afterwards) { return; }
   results.outcomes.push_back(what.afterwards(results));
@@ -360,12 +373,58 @@ reference::Cache cache_in(const std::filesystem::path& folder) {
   return cache;
 }
 
+/// Changes outcomes by the list of known failures and returns those that changed. A known failure
+/// becomes a skip; one that passes, is skipped or fails in another quantity becomes a failure.
+std::vector<const Outcome*> apply_expected(const std::vector<ExpectedFailure>& expected,
+                                           std::vector<Outcome>& outcomes) {
+  std::vector<const Outcome*> changed;
+  std::set<std::string> listed;
+  for (const ExpectedFailure& one : expected) { listed.insert(one.of); }
+  for (Outcome& outcome : outcomes) {
+    if (!listed.contains(outcome.name)) { continue; }
+    std::set<std::string> wanted;
+    std::string reason;
+    for (const ExpectedFailure& one : expected) {
+      if (one.of != outcome.name) { continue; }
+      wanted.insert(one.quantity);
+      reason += (reason.empty() ? "" : "; ") + one.reason;
+    }
+    std::set<std::string> found;
+    if (outcome.status == Status::error) { found.insert("error"); }
+    for (const Quantity& q : outcome.quantities) {
+      if (q.judged() && !q.holds()) { found.insert(q.name); }
+    }
+    if (outcome.status != Status::skip && found == wanted) {
+      outcome.skip("expected failure: " + reason);
+    } else {
+      std::string names;
+      for (const std::string& name : found) { names += (names.empty() ? "" : ", ") + name; }
+      outcome.reasons = {"a failure was expected (" + reason + "), but the case " +
+                         (outcome.status == Status::skip ? "is skipped: " + outcome.reason()
+                          : found.empty()                ? "passes; remove it from the list"
+                                                         : "fails in " + names)};
+      outcome.status = Status::fail;
+    }
+    changed.push_back(&outcome);
+  }
+  return changed;
+}
+
 void add_cases(CLI::App& command, ValidateOptions& options, const char* help) {
   add_value(command, "cases", options.cases, "CASE", help);
   command.add_flag("--list", options.list, "list all cases and exit");
   command.add_flag("--quick", options.quick, "the short form");
   add_value(command, "--cache", options.cache, "DIR",
             "folder of kept references, judged cases and libraries of revisions [user's cache]");
+}
+
+const std::map<std::string, std::string>& advice();
+
+void tell_advice(const Outcome& outcome) {
+  constexpr std::string_view group = "subject/";
+  if (outcome.status != Status::fail || !outcome.name.starts_with(group)) { return; }
+  const auto found = advice().find(outcome.name.substr(group.size()));
+  if (found != advice().end()) { std::printf("            advice: %s\n", found->second.c_str()); }
 }
 
 int judge(const ValidateOptions& options, const Judging& what) {
@@ -388,6 +447,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
       run_cases(to_run, context_of(options, cache), what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
                   if (!options.quiet) { tell_case(outcome, finished, total); }
+                  if (!options.quiet && what.advises) { tell_advice(outcome); }
                   if (what.keeps) { keeper.keep(outcome); }
                 });
   Results results{.title = what.title,
@@ -396,6 +456,17 @@ int judge(const ValidateOptions& options, const Judging& what) {
                   .outcomes = in_order(cases, kept, ran.outcomes)};
   if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
   if (!ran.interrupted) { look_at_all(options, what, results); }
+  if (!options.expected.empty()) {
+    for (const Outcome* changed :
+         apply_expected(read_expected(options.expected, what.cases), results.outcomes)) {
+      if (!options.quiet) { tell_case(*changed, results.outcomes.size(), results.outcomes.size()); }
+    }
+  }
+  if (options.subject.foreign()) {
+    results.provenance.merge(subject_provenance(make_subject(options.subject)->facts()));
+    results.provenance["coverage"] = coverage(results.outcomes);
+    if (!options.quiet) { std::printf("%s\n", results.provenance["coverage"].c_str()); }
+  }
   write_results_folder(folder, results);
   if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
   if (ran.interrupted) {
@@ -411,13 +482,80 @@ int judge(const ValidateOptions& options, const Judging& what) {
   return machine_cannot;
 }
 
+/// Cases that judge any simulator.
+std::vector<Case> subject_cases() {
+  std::vector<Case> cases = all_cases();
+  std::erase_if(cases, [](const Case& one) { return !one.any_subject; });
+  return cases;
+}
+
 int run_validate(const ValidateOptions& options) {
   catch_interrupts();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  if (options.subject.foreign()) {
+    const SubjectFacts facts = make_subject(options.subject)->facts();
+    // One at a time, so that cases do not disturb each other's timing.
+    return judge(options, {.title = "Validation of " + facts.name + " " + facts.version,
+                           .cases = subject_cases(),
+                           .jobs = options.jobs > 0 ? options.jobs : 1});
+  }
   return judge(options, {.title = "Palpate validation",
                          .cases = all_cases(),
                          .jobs = options.jobs > 0 ? options.jobs : cores,
                          .keeps = true});
+}
+
+/// What to look at when a case of any subject fails, by its name without "subject/".
+const std::map<std::string, std::string>& advice() {
+  static const std::map<std::string, std::string> texts{
+      {"s26",
+       "compare the first rows of tip.z_m with the reference: a constant factor is a unit or "
+       "a stiffness counted twice, a shift is a step too late, a slow drift the integrator"},
+      {"first-step",
+       "apply the loads of loads.csv at the beginning of the step, in newtons, and "
+       "return the state at the end of the step"},
+      {"static",
+       "check rest lengths, stiffness and fixed nodes; the force of a spring is along it"},
+      {"chain",
+       "check the mass of each node and the stiffness of a spring between a fixed and a "
+       "free node; hidden damping lowers the amplitude"},
+      {"momentum",
+       "a spring must push both ends by the same force; global damping and sleeping take "
+       "momentum away"},
+      {"energy",
+       "a step above the limit of the integrator, or constraints that are projected, add "
+       "energy"},
+      {"invariance",
+       "coordinates must not enter but by differences; single precision far from the "
+       "origin loses digits"},
+      {"rest", "rest lengths must be those of springs.csv, not of the engine's own mesh"},
+      {"stability",
+       "use substeps, or an implicit integrator; after divergence load must work again"},
+      {"audit/renumbered", "the order of nodes.csv must be kept by get_state"},
+      {"audit/stiffness",
+       "read springs.csv at every load; do not keep a scene by its title or path"},
+      {"audit/repeat", "reset must restore positions, velocities, time and every inner state"},
+      {"audit/memory", "free the scene in destroy, and nothing may grow with the steps"},
+      {"needle", "force is that of the tissue on the tool; the tool's depth is along z"},
+      {"probe", "force is that of the tissue on the tool, over the whole face"}};
+  return texts;
+}
+
+/// Compares what a subject declares with what it does, in the short form of all cases, with advice.
+int run_subject_check(const ValidateOptions& given) {
+  catch_interrupts();
+  ValidateOptions options = given;
+  options.quick = true;
+  const SubjectFacts facts = make_subject(options.subject)->facts();
+  if (!options.quiet) {
+    std::printf("%s %s (%s), %s\ncapabilities: %s\nparameters: %s\n", facts.name.c_str(),
+                facts.version.c_str(), facts.licence.c_str(), facts.carrier.c_str(),
+                names_of(facts.capabilities).c_str(), facts.parameters.c_str());
+  }
+  return judge(options, {.title = "Check of " + facts.name + " " + facts.version,
+                         .cases = subject_cases(),
+                         .jobs = options.jobs > 0 ? options.jobs : 1,
+                         .advises = true});
 }
 
 struct BenchOptions : ValidateOptions {
@@ -504,6 +642,20 @@ void add_validate(Program& program) {
             "put nodes and springs in a random order with this seed, to show the effect of "
             "rounding (docs/gate.md)");
   add_value(command, "--data", options.data, "DIR", "folder of data outside the project");
+  add_subject_options(command, options.subject);
+  add_value(command, "--expected", options.expected, "FILE",
+            "known failures (TOML, docs/subjects.md); one that passes, is skipped or fails in "
+            "another quantity fails the run");
+}
+
+void add_subject_check(Program& program, CLI::App& subject) {
+  const auto [command, options] =
+      add_command(program, "check", "compare what a simulator declares with what it does",
+                  run_subject_check, &subject);
+  add_value(command, "subject", options.subject.subject, "SUBJECT",
+            "PATH.so, exec:COMMAND or trace:FILE.csv")
+      ->required();
+  add_subject_options(command, options.subject);
 }
 
 void add_bench(Program& program) {

@@ -15,6 +15,10 @@ namespace palpate {
 std::vector<Case> patient_cases();  ///< a network sampled from a patient's MRI
 std::vector<Case> tissue_cases();   ///< tissue from surfaces and images: solids and phantoms
 
+namespace subjects {
+std::vector<Case> cases();  ///< any simulator under test
+}
+
 namespace oscillator {
 std::vector<Case> order_cases();            ///< closed forms, observed orders, sweep of damping
 std::vector<Case> stability_limit_cases();  ///< oscillator/stability-limit/<scheme>

@@ -37,18 +37,19 @@ enum {
 };
 
 /* What a subject can do; bits of palpate_subject_api.capabilities. A case that needs a bit that is
- * not set is skipped, with the name of the bit as the reason. */
-#define PALPATE_CAN_SPRINGS (UINT64_C(1) << 0)        /* nodes.csv and springs.csv: linear springs */
+ * not set is skipped, with the name of the bit as the reason. Names, in settings.csv and messages,
+ * are as below in small letters with '-': "spring-damping". */
+#define PALPATE_CAN_SPRINGS (UINT64_C(1) << 0)        /* linear springs of springs.csv */
 #define PALPATE_CAN_SPRING_DAMPING (UINT64_C(1) << 1) /* viscosity of each spring */
 #define PALPATE_CAN_FIXED_NODES (UINT64_C(1) << 2)    /* nodes that never move */
-#define PALPATE_CAN_INITIAL_STATE (UINT64_C(1) << 3)  /* initial.csv: displacement and velocity */
+#define PALPATE_CAN_INITIAL_STATE (UINT64_C(1) << 3)  /* initial.csv */
 #define PALPATE_CAN_LOADS (UINT64_C(1) << 4)          /* loads.csv: forces on nodes over time */
 #define PALPATE_CAN_GRAVITY (UINT64_C(1) << 5)
 #define PALPATE_CAN_STATE (UINT64_C(1) << 6)     /* get_state */
 #define PALPATE_CAN_SET_STATE (UINT64_C(1) << 7) /* set_state */
 #define PALPATE_CAN_ENERGY (UINT64_C(1) << 8)    /* energy */
-#define PALPATE_CAN_NEEDLE (UINT64_C(1) << 9)    /* a sharp tool: settings tool = needle */
-#define PALPATE_CAN_PROBE (UINT64_C(1) << 10)    /* a blunt tool: settings tool = probe */
+#define PALPATE_CAN_NEEDLE (UINT64_C(1) << 9)    /* a sharp tool; its name is tool-needle */
+#define PALPATE_CAN_PROBE (UINT64_C(1) << 10)    /* a blunt tool; its name is tool-probe */
 #define PALPATE_CAN_SYRINGE (UINT64_C(1) << 11)  /* pressure of palpate_tool_output */
 /* Tissue from layers.csv with its own discretisation. Such a subject is judged at the tool. It
  * need not read nodes.csv and springs.csv. */
@@ -68,41 +69,50 @@ enum {
 };
 
 typedef struct palpate_tool_input {
-  double position[3];   /* of the tip (needle) or the centre of the face (probe) at the end of the
-                         * step [m]; it moves at constant velocity during the step */
-  double velocity[3];   /* during the step [m/s] */
-  double direction[3];  /* of the tool's axis, into the tissue; length 1 */
-  double applied_force; /* of the hand along direction [N] */
+  double position[3];    /* of the tip (needle) or the centre of the face (probe) at the end of the
+                          * step [m]; it moves at constant velocity during the step */
+  double velocity[3];    /* during the step [m/s] */
+  double direction[3];   /* of the tool's axis, into the tissue; length 1 */
+  double insertion;      /* position along direction, 0 where the tool's line crosses the undeformed
+                          * skin [m] */
+  double insertion_rate; /* velocity along direction [m/s] */
+  double applied_force;  /* of the hand along direction [N] */
   uint32_t flags;
   uint32_t reserved; /* 0 */
 } palpate_tool_input;
 
-/* palpate_tool_output.event */
+/* Bits of palpate_tool_output.events. Several events of one step happen in this order. */
 enum {
-  PALPATE_EVENT_NONE = 0,
   PALPATE_EVENT_CONTACT = 1,
   PALPATE_EVENT_PUNCTURE = 2,
-  PALPATE_EVENT_LOSS_OF_RESISTANCE = 3,
-  PALPATE_EVENT_BONE = 4,
-  PALPATE_EVENT_DURAL_PUNCTURE = 5,
-  PALPATE_EVENT_WITHDRAWN = 6
+  PALPATE_EVENT_LOSS_OF_RESISTANCE = 4,
+  PALPATE_EVENT_BONE = 8,
+  PALPATE_EVENT_DURAL_PUNCTURE = 16,
+  PALPATE_EVENT_WITHDRAWN = 32
 };
 
-/* State of the tool at the end of the step. The subject fills what it has; the rest stays NaN. */
+/* State of the tool at the end of the step. The subject fills what it has; numbers that it leaves
+ * alone are NaN. A tool that begins on the skin or in it is in contact at t = 0 without an event.
+ */
 typedef struct palpate_tool_output {
-  double force[3];   /* of the tissue on the tool, tissue frame [N] */
-  double cutting;    /* part of the resistance along direction, against insertion positive [N] */
-  double friction;   /* likewise */
-  double stiffness;  /* likewise */
-  double depth;      /* of the tip along z below the undeformed skin [m] */
-  double pressure;   /* of a syringe, gauge [Pa] */
-  uint32_t event;    /* the latest event of the step */
+  double force[3];  /* of the tissue on the tool, tissue frame [N] */
+  double cutting;   /* part of the resistance along direction, against insertion positive [N] */
+  double friction;  /* likewise */
+  double stiffness; /* likewise; the three sum to -force . direction */
+  double insertion; /* of the tool, as in the input [m]; NaN: as prescribed */
+  double insertion_rate; /* [m/s] */
+  double cut;            /* largest insertion to which the tissue was cut so far [m] */
+  double applied;        /* force of the hand on the tool along direction [N]; NaN: as given, or
+                          * what holds a prescribed tool */
+  double pressure;       /* of a syringe, gauge [Pa] */
+  double event_time;     /* of the events [s]; NaN: at the end of the step */
+  uint32_t events;
   uint32_t substeps; /* integration steps within the step; 0: unknown */
 } palpate_tool_output;
 
 typedef struct palpate_subject_api {
-  uint32_t abi;  /* PALPATE_SUBJECT_ABI */
-  uint32_t size; /* sizeof(palpate_subject_api); lets the table grow */
+  uint32_t abi;           /* PALPATE_SUBJECT_ABI */
+  uint32_t size;          /* sizeof(palpate_subject_api); lets the table grow */
   const char* name;       /* "bullet" */
   const char* version;    /* "3.24" */
   const char* licence;    /* SPDX identifier of the simulator */
@@ -120,7 +130,8 @@ typedef struct palpate_subject_api {
   /* Returns to t = 0. Must not change what the following steps compute. Not timed. */
   int (*reset)(palpate_subject*, uint64_t seed);
   /* Advances from `time` to `time + dt` [s]. The only timed call: it may not read or write files.
-   * `input` and `output` are null in scenes without a tool. */
+   * `input` and `output` are null in scenes without a tool; in others a step of dt = 0, which only
+   * fills the output for t = 0, follows load and reset. */
   int (*step)(palpate_subject*, double time, double dt, const palpate_tool_input* input,
               palpate_tool_output* output);
   /* Writes position and velocity of all nodes, in the order of nodes.csv; each array has
@@ -130,7 +141,7 @@ typedef struct palpate_subject_api {
   /* Names in use: "substeps" (integration steps per step), "tolerance", "stiffness_scale" (of all
    * springs). Takes effect at the next reset. */
   int (*set_parameter)(palpate_subject*, const char* name, double value);
-  /* Kinetic, elastic and dissipated energy so far [J]. */
+  /* Kinetic, elastic and dissipated energy so far [J]; NaN: not accounted for. */
   int (*energy)(palpate_subject*, double joule[3]);
   void (*destroy)(palpate_subject*);
 } palpate_subject_api;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Interface of a simulator under test. ModelSubject implements it with the model of this project.
+/// Interface of a simulator under test. ModelSubject implements it with the model of this project;
+/// reports/subject/foreign_subject.hpp with any simulator behind palpate_subject.h.
 
 #include <Eigen/Core>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "model/problem/scene.hpp"
 #include "model/problem/trace.hpp"
 #include "model/stepping/simulation.hpp"
+#include "validation/subject/capabilities.hpp"
 
 namespace palpate {
 
@@ -22,16 +24,29 @@ struct ToolInput {
   double velocity = 0.0;  ///< [m/s]
 };
 
+/// Simulator with one scene at a time.
 class Subject {
  public:
   virtual ~Subject() = default;
 
+  [[nodiscard]] virtual SubjectFacts facts() const = 0;
   /// Prepares a scene at t = 0. `network` is the tissue of the scene; empty for an oscillator. If
   /// `skip` is false, parts that the scene does not need are also computed. Throws the exceptions
   /// of the simulator.
   virtual void load(const Scene& scene, const SpringNetwork& network, bool skip) = 0;
+  /// Returns to t = 0 of the loaded scene. False: the subject cannot; load() does the same.
+  virtual bool reset() { return false; }
   /// Advances by one tick of the scene. If it returns `diverged`, the state is the diverged one.
   virtual StepStatus step(const std::optional<ToolInput>& input) noexcept = 0;
+  /// Returns the duration of the last step as its host measured it [s]; empty: measure around
+  /// step().
+  [[nodiscard]] virtual std::optional<double> step_seconds() const noexcept { return {}; }
+  /// Returns why the subject ended within a step: a crash, a time limit. Empty: it did not.
+  [[nodiscard]] virtual std::string failure() const { return {}; }
+  /// Returns the resident memory of the subject's own process; 0: it has none.
+  [[nodiscard]] virtual std::size_t resident_bytes() const { return 0; }
+  /// Returns the duration of an empty call to the subject [s]; 0 in process.
+  virtual double round_trip() { return 0.0; }
 
   [[nodiscard]] virtual double time() const noexcept = 0;  ///< [s]
   [[nodiscard]] virtual long ticks() const noexcept = 0;   ///< ticks completed
@@ -71,6 +86,13 @@ class ModelSubject final : public Subject {
   /// Wraps a simulation that is already loaded.
   explicit ModelSubject(Simulation simulation) : simulation_(std::move(simulation)) {}
 
+  [[nodiscard]] SubjectFacts facts() const override {
+    return {.name = "palpate",
+            .licence = "MIT",
+            .parameters = "substeps",
+            .carrier = "in process",
+            .capabilities = every_capability & ~PALPATE_CAN_OWN_DISCRETISATION};
+  }
   void load(const Scene& scene, const SpringNetwork& network, bool skip) override {
     network.node_count() == 0 ? simulation_.emplace(scene, skip)
                               : simulation_.emplace(scene, network, skip);

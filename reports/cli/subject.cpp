@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+/// The options of --subject, the list of known failures, and the commands `export`, `subject new`.
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "fixtures/io/csv_file.hpp"
+#include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scene_folder.hpp"
+#include "fixtures/io/toml_file.hpp"
+#include "model/problem/input_error.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/cli/expected_failures.hpp"
+#include "subject_skeletons.hpp"
+
+namespace palpate::io {
+
+template <class Visitor> void fields(Visitor& v, cli::ExpectedFailure& f) {
+  v.value("case", f.of, required({}));
+  v.value("quantity", f.quantity, required({}));
+  v.value("reason", f.reason, required({}));
+}
+
+struct ExpectedList {
+  std::vector<cli::ExpectedFailure> failures{};
+};
+template <class Visitor> void fields(Visitor& v, ExpectedList& list) {
+  v.list("failure", list.failures);
+}
+
+}  // namespace palpate::io
+
+namespace palpate::cli {
+
+std::vector<ExpectedFailure> read_expected(const std::filesystem::path& file,
+                                           const std::vector<Case>& cases) {
+  io::Problems problems;
+  const io::TomlDocument document = io::read_toml(file, "a list of known failures", {}, problems);
+  io::ExpectedList list;
+  io::TomlReader reader(document.root, "", document.places, problems,
+                        [](std::string_view) { return std::string(); });
+  fields(reader, list);
+  reader.refuse_unknown_keys();
+  for (std::size_t n = 0; n < list.failures.size(); ++n) {
+    if (std::ranges::find(cases, list.failures[n].of, &Case::name) == cases.end() &&
+        !list.failures[n].of.empty()) {
+      problems.add(document.places, "failure[" + std::to_string(n) + "].case",
+                   "no case is named \"" + list.failures[n].of + "\"; validate --list shows them");
+    }
+  }
+  problems.throw_if_any();
+  return list.failures;
+}
+
+void add_subject_options(CLI::App& command, SubjectChoice& choice) {
+  if (command.get_name() != "check") {
+    add_value(command, "--subject", choice.subject, "SUBJECT",
+              "simulator under test: model, PATH.so, exec:COMMAND or trace:FILE.csv [model]");
+  }
+  add_value(command, "--subject-options", choice.options_json, "JSON",
+            "object that the simulator receives when it loads a scene [{}]")
+      ->check([](const std::string& text) {
+        const auto json = nlohmann::json::parse(text, nullptr, false);
+        return json.is_object() ? std::string() : "not a JSON object: " + io::shown(text);
+      });
+  command.add_flag("--in-process", choice.in_process,
+                   "run a shared library in this process, for profilers; a crash ends the program");
+  command.add_option("--subject-time-limit", choice.time_limit,
+                     "seconds for a call to the simulator, six times as many to load [10]")
+      ->check(number_range(1e-3, 1e6));
+  command.add_option("--subject-memory-limit", choice.memory_limit,
+                     "memory of the simulator's process in MiB [4096]")
+      ->check(number_range(1.0, 1e9));
+  add_value(command, "--column", choice.columns, "NAME=ROLE",
+            "column of a trace and its role: a column of trace.csv, with _ms, _mm, _mN, _kPa or "
+            "_mmHg for other units; repeatable");
+}
+
+std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts) {
+  return {{"subject", facts.name + " " + facts.version},
+          {"subject licence", facts.licence},
+          {"subject carrier", facts.carrier},
+          {"subject capabilities", names_of(facts.capabilities)}};
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportOptions : CommonOptions {
+  fs::path scene{};
+};
+
+int run_export(const ExportOptions& options) {
+  const io::SceneFile file = io::read_scene(options.scene, options.overrides);
+  const SpringNetwork network = file.scene.tissue.source == Source::oscillator
+                                    ? SpringNetwork{}
+                                    : build_network(file.scene);
+  std::string needs;
+  try {
+    needs = names_of(needs_of(file.scene, network));
+  } catch (const CannotDo& reason) {
+    std::fprintf(stderr, "palpate: warning: %s: %s\n", options.scene.c_str(), reason.what());
+  }
+  const fs::path folder = options.make_folder();
+  io::write_scene_folder(folder, {.scene = file.scene,
+                                  .network = network,
+                                  .needs = needs,
+                                  .abi = PALPATE_SUBJECT_ABI,
+                                  .file = &file});
+  if (!options.quiet) {
+    std::printf("%s: %td nodes, %zu springs; needs %s\n", folder.c_str(), network.node_count(),
+                network.springs.size(), needs.empty() ? "what only the model has" : needs.c_str());
+  }
+  return done;
+}
+
+struct SkeletonFile {
+  std::string_view name;
+  std::string_view text;
+};
+struct Skeleton {
+  std::string_view language;
+  std::vector<SkeletonFile> files;
+  std::string_view next;  ///< how to build and check it
+};
+
+const std::array<Skeleton, 3>& skeletons() {
+  static const std::array<Skeleton, 3> all{
+      Skeleton{"c",
+               {{"subject.c", skeletons::subject_c},
+                {"palpate_subject.h", skeletons::palpate_subject_h},
+                {"CMakeLists.txt", skeletons::cmake_lists}},
+               "cmake -S . -B build && cmake --build build && palpate subject check "
+               "build/subject.so"},
+      Skeleton{"python",
+               {{"subject.py", skeletons::subject_py}},
+               "palpate subject check \"exec:python3 subject.py\""},
+      Skeleton{"javascript",
+               {{"subject.mjs", skeletons::subject_mjs}},
+               "palpate subject check \"exec:node subject.mjs\""}};
+  return all;
+}
+
+struct NewOptions : CommonOptions {
+  std::string language = "c";
+  fs::path folder{};
+};
+
+int run_new(const NewOptions& options) {
+  const auto found = std::ranges::find(skeletons(), options.language, &Skeleton::language);
+  if (found == skeletons().end()) {
+    throw InputError("--language " + io::shown(options.language) +
+                     ": unknown; c, python or javascript");
+  }
+  const fs::path& folder = options.folder;
+  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder))) {
+    throw InputError(folder.string() + ": exists and is not an empty folder; a new folder is needed");
+  }
+  std::error_code problem;
+  fs::create_directories(folder, problem);
+  if (problem) { throw InputError(folder.string() + ": " + problem.message()); }
+  for (const SkeletonFile& file : found->files) { io::replace_file(folder / file.name, file.text); }
+  if (!options.quiet) {
+    std::printf("cd %s && %s\n", folder.c_str(), std::string(found->next).c_str());
+  }
+  return done;
+}
+
+}  // namespace
+
+void add_export(Program& program) {
+  const auto [command, options] = add_command(
+      program, "export", "write a scene as CSV files for other simulators", run_export);
+  add_scene(command, options, options.scene);
+}
+
+void add_subject(Program& program) {
+  CLI::App* subject = program.app.add_subcommand("subject", "other simulators under test");
+  subject->require_subcommand(1);
+  add_subject_check(program, *subject);
+  const auto [command, options] =
+      add_command(program, "new", "write the skeleton of a simulator", run_new, subject);
+  add_value(command, "folder", options.folder, "DIR", "new folder")->required();
+  add_value(command, "--language", options.language, "LANGUAGE", "c, python or javascript [c]");
+}
+
+}  // namespace palpate::cli

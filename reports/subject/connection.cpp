@@ -1,0 +1,639 @@
+// SPDX-License-Identifier: MIT
+
+#include "reports/subject/connection.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include "fixtures/io/csv_file.hpp"
+#include "model/problem/input_error.hpp"
+#include "reports/subject/frames.hpp"
+#include "reports/timing/child_process.hpp"
+
+namespace palpate {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+std::string call_name(int call) {
+  constexpr std::array names{"?",         "hello",     "load",          "reset",  "step",  "get_state",
+                             "set_state", "set_parameter", "energy", "close", "an empty call"};
+  return names[static_cast<std::size_t>(std::clamp(call, 0, 10))];
+}
+
+/// Throws for every status but OK and DIVERGED.
+void check(int status, int call, const std::string& text) {
+  if (status == PALPATE_OK || (status == PALPATE_DIVERGED && call == PALPATE_CALL_STEP)) { return; }
+  const std::string why = text.empty() ? "" : ": " + io::shown(text);
+  if (status == PALPATE_UNSUPPORTED) {
+    throw CannotDo("the subject answers \"unsupported\" to " + call_name(call) + why);
+  }
+  if (status == PALPATE_FAILED || status == PALPATE_DIVERGED) {
+    throw SubjectFailure("the subject failed in " + call_name(call) + why);
+  }
+  throw SubjectFailure("the subject answered " + call_name(call) + " with status " +
+                       std::to_string(status) + "; allowed are 0 to 3");
+}
+
+std::string text_of(const char* text) { return text != nullptr ? text : ""; }
+
+/// A library in this process.
+class LibraryConnection final : public Connection {
+ public:
+  explicit LibraryConnection(const palpate_subject_api& api) : api_(api) {
+    facts_ = {.name = text_of(api.name),
+              .version = text_of(api.version),
+              .licence = text_of(api.licence),
+              .parameters = text_of(api.parameters),
+              .carrier = "shared library in process",
+              .capabilities = api.capabilities};
+  }
+  ~LibraryConnection() override { destroy(); }
+  LibraryConnection(const LibraryConnection&) = delete;
+  LibraryConnection& operator=(const LibraryConnection&) = delete;
+
+  void load(const std::filesystem::path& folder, const std::string& options) override {
+    destroy();
+    std::array<char, 512> error{};
+    const int status =
+        api_.load(folder.c_str(), options.c_str(), &subject_, error.data(), error.size());
+    error.back() = '\0';
+    load_error_ = error.data();
+    check(status, PALPATE_CALL_LOAD, load_error_);
+    if (subject_ == nullptr) {
+      throw SubjectFailure("the subject answered load with a null pointer");
+    }
+  }
+  void reset(std::uint64_t seed) override {
+    check(api_.reset != nullptr ? api_.reset(subject_, seed) : PALPATE_UNSUPPORTED,
+          PALPATE_CALL_RESET, {});
+  }
+  bool step(double time, double dt, const palpate_tool_input* input, palpate_tool_output* output,
+            double& seconds) override {
+    const auto begin = Clock::now();
+    const int status = api_.step(subject_, time, dt, input, output);
+    seconds = seconds_since(begin);
+    check(status, PALPATE_CALL_STEP, {});
+    return status == PALPATE_DIVERGED;
+  }
+  void get_state(double* position, double* velocity, std::size_t nodes) override {
+    check(api_.get_state != nullptr ? api_.get_state(subject_, position, velocity, nodes)
+                                    : PALPATE_UNSUPPORTED,
+          PALPATE_CALL_GET_STATE, {});
+  }
+  void set_state(const double* position, const double* velocity, std::size_t nodes) override {
+    check(api_.set_state != nullptr ? api_.set_state(subject_, position, velocity, nodes)
+                                    : PALPATE_UNSUPPORTED,
+          PALPATE_CALL_SET_STATE, {});
+  }
+  void set_parameter(const std::string& name, double value) override {
+    check(api_.set_parameter != nullptr ? api_.set_parameter(subject_, name.c_str(), value)
+                                        : PALPATE_UNSUPPORTED,
+          PALPATE_CALL_SET_PARAMETER, {});
+  }
+  void energy(double joule[3]) override {
+    check(api_.energy != nullptr ? api_.energy(subject_, joule) : PALPATE_UNSUPPORTED,
+          PALPATE_CALL_ENERGY, {});
+  }
+  void close() override { destroy(); }
+  /// Returns what the library said about the last load.
+  [[nodiscard]] const std::string& load_error() const { return load_error_; }
+
+ private:
+  void destroy() {
+    if (subject_ != nullptr) { api_.destroy(subject_); }
+    subject_ = nullptr;
+  }
+
+  const palpate_subject_api& api_;
+  palpate_subject* subject_ = nullptr;
+  std::string load_error_{};
+};
+
+/// Name of a signal: "SIGSEGV".
+std::string signal_text(int signal) {
+  const char* name = sigabbrev_np(signal);
+  return "signal " + std::to_string(signal) + (name != nullptr ? " (SIG" + std::string(name) + ")" : "");
+}
+
+/// Program in a child process that answers frames.
+class PipeConnection final : public Connection {
+ public:
+  /// `words` is the program with its arguments.
+  PipeConnection(std::vector<std::string> words, std::string carrier, bool host,
+                 const SubjectLimits& limits)
+      : limits_(limits), host_(host) {
+    start(std::move(words));
+    writer_.clear();
+    writer_.add(static_cast<std::uint32_t>(PALPATE_SUBJECT_ABI));
+    FrameReader answer = exchange(PALPATE_CALL_HELLO, limits_.load_seconds);
+    const auto abi = taken<std::uint32_t>(answer, PALPATE_CALL_HELLO);
+    if (abi != PALPATE_SUBJECT_ABI) {
+      fail("version " + std::to_string(abi) + " of the interface; this program has version " +
+           std::to_string(PALPATE_SUBJECT_ABI));
+    }
+    try {
+      facts_.capabilities = answer.take<std::uint64_t>();
+      for (std::string* text :
+           {&facts_.name, &facts_.version, &facts_.licence, &facts_.parameters}) {
+        *text = io::shown(answer.take_text());
+      }
+    } catch (const std::length_error&) { fail("its answer to hello is too short"); }
+    facts_.carrier = std::move(carrier);
+  }
+  ~PipeConnection() override { stop(); }
+  PipeConnection(const PipeConnection&) = delete;
+  PipeConnection& operator=(const PipeConnection&) = delete;
+
+  void load(const std::filesystem::path& folder, const std::string& options) override {
+    writer_.clear();
+    writer_.add_text(std::filesystem::absolute(folder).string());
+    writer_.add_text(options);
+    (void)exchange(PALPATE_CALL_LOAD, limits_.load_seconds);
+  }
+  void reset(std::uint64_t seed) override {
+    writer_.clear();
+    writer_.add(seed);
+    (void)exchange(PALPATE_CALL_RESET, limits_.load_seconds);
+  }
+  bool step(double time, double dt, const palpate_tool_input* input, palpate_tool_output* output,
+            double& seconds) override {
+    writer_.clear();
+    writer_.add(time);
+    writer_.add(dt);
+    writer_.add(static_cast<std::uint32_t>(input != nullptr ? 1 : 0));
+    if (input != nullptr) { writer_.add(*input); }
+    const auto begin = Clock::now();
+    FrameReader answer = exchange(PALPATE_CALL_STEP, limits_.call_seconds);
+    seconds = seconds_since(begin);
+    const auto inside = taken<double>(answer, PALPATE_CALL_STEP);
+    if (host_) { seconds = inside; }
+    if (input != nullptr && output != nullptr) {
+      *output = taken<palpate_tool_output>(answer, PALPATE_CALL_STEP);
+    }
+    return status_ == PALPATE_DIVERGED;
+  }
+  void get_state(double* position, double* velocity, std::size_t nodes) override {
+    writer_.clear();
+    writer_.add(static_cast<std::uint64_t>(nodes));
+    FrameReader answer = exchange(PALPATE_CALL_GET_STATE, limits_.call_seconds);
+    if (answer.left() != 6 * nodes * sizeof(double)) {
+      fail("its answer to get_state has " + std::to_string(answer.left()) + " bytes; " +
+           std::to_string(6 * nodes * sizeof(double)) + " for " + std::to_string(nodes) + " nodes");
+    }
+    answer.take(position, 3 * nodes);
+    answer.take(velocity, 3 * nodes);
+  }
+  void set_state(const double* position, const double* velocity, std::size_t nodes) override {
+    writer_.clear();
+    writer_.add(static_cast<std::uint64_t>(nodes));
+    writer_.add(position, 3 * nodes);
+    writer_.add(velocity, 3 * nodes);
+    (void)exchange(PALPATE_CALL_SET_STATE, limits_.call_seconds);
+  }
+  void set_parameter(const std::string& name, double value) override {
+    writer_.clear();
+    writer_.add_text(name);
+    writer_.add(value);
+    (void)exchange(PALPATE_CALL_SET_PARAMETER, limits_.call_seconds);
+  }
+  void energy(double joule[3]) override {
+    writer_.clear();
+    FrameReader answer = exchange(PALPATE_CALL_ENERGY, limits_.call_seconds);
+    for (int n = 0; n < 3; ++n) { joule[n] = taken<double>(answer, PALPATE_CALL_ENERGY); }
+  }
+  void close() override {
+    writer_.clear();
+    (void)exchange(PALPATE_CALL_CLOSE, limits_.load_seconds);
+  }
+  double round_trip() override {
+    writer_.clear();
+    const auto begin = Clock::now();
+    (void)exchange(PALPATE_CALL_EMPTY, limits_.call_seconds);
+    return seconds_since(begin);
+  }
+  [[nodiscard]] std::size_t resident_bytes() const override {
+    std::array<char, 64> path{};
+    std::snprintf(path.data(), path.size(), "/proc/%d/statm", static_cast<int>(child_));
+    const int file = open(path.data(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) { return 0; }
+    std::array<char, 128> text{};
+    const ssize_t size = read(file, text.data(), text.size() - 1);
+    ::close(file);
+    long all = 0;
+    long resident = 0;
+    if (size <= 0 || std::sscanf(text.data(), "%ld %ld", &all, &resident) != 2) { return 0; }
+    return static_cast<std::size_t>(resident) * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  }
+
+ private:
+  void start(std::vector<std::string> words) {
+    // A write to a child that ended must be an error here, not the end of this program.
+    std::signal(SIGPIPE, SIG_IGN);
+    std::array<int, 2> to{-1, -1};
+    std::array<int, 2> from{-1, -1};
+    errors_ = memfd_create("palpate-subject-errors", MFD_CLOEXEC);
+    const bool open = errors_ >= 0 && pipe2(to.data(), O_CLOEXEC) == 0 &&
+                      pipe2(from.data(), O_CLOEXEC) == 0;
+    if (!open) {
+      throw SubjectFailure(std::string("no pipe to the subject: ") + std::strerror(errno));
+    }
+    std::vector<char*> arguments;
+    for (std::string& word : words) { arguments.push_back(word.data()); }
+    arguments.push_back(nullptr);
+    child_ = fork();
+    if (child_ == 0) {
+      // Only calls that are safe after fork in a program with threads.
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      setpgid(0, 0);
+      std::signal(SIGPIPE, SIG_DFL);
+      dup2(to[0], STDIN_FILENO);
+      dup2(from[1], STDOUT_FILENO);
+      dup2(errors_, STDERR_FILENO);
+      execvp(arguments[0], arguments.data());
+      _exit(127);
+    }
+    ::close(to[0]);
+    ::close(from[1]);
+    to_ = to[1];
+    from_ = from[0];
+    if (child_ < 0) { throw SubjectFailure("the subject cannot be started: no more processes"); }
+    name_ = words.back();
+  }
+
+  void stop() noexcept {
+    if (to_ >= 0) { ::close(to_); }
+    if (from_ >= 0) { ::close(from_); }
+    to_ = from_ = -1;
+    if (child_ > 0) {
+      // Its input has ended, which ends a sound subject.
+      for (int look = 0; look < 50 && waitpid(child_, nullptr, WNOHANG) == 0; ++look) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        if (look == 49) {
+          kill(-child_, SIGKILL);
+          waitpid(child_, nullptr, 0);
+        }
+      }
+      child_ = -1;
+    }
+    if (errors_ >= 0) { ::close(errors_); }
+    errors_ = -1;
+  }
+
+  [[noreturn]] void fail(const std::string& why) {
+    if (child_ > 0) {
+      kill(-child_, SIGKILL);
+      waitpid(child_, nullptr, 0);
+      child_ = -1;
+    }
+    failed_ = "the subject " + name_ + ": " + why + last_words();
+    throw SubjectFailure(failed_);
+  }
+
+  /// Last line that the child wrote to standard error, as the end of a message.
+  [[nodiscard]] std::string last_words() const {
+    const off_t size = lseek(errors_, 0, SEEK_END);
+    std::array<char, 2048> text{};
+    const off_t begin = std::max<off_t>(0, size - static_cast<off_t>(text.size()));
+    const ssize_t count = pread(errors_, text.data(), text.size(), begin);
+    std::string_view all(text.data(), static_cast<std::size_t>(std::max<ssize_t>(0, count)));
+    while (!all.empty() && (all.back() == '\n' || all.back() == '\r')) { all.remove_suffix(1); }
+    if (all.empty()) { return {}; }
+    const auto line = all.rfind('\n');
+    return "; its last message: " + io::shown(line == all.npos ? all : all.substr(line + 1));
+  }
+
+  /// Ends with the reason why the child closed its pipe.
+  [[noreturn]] void fail_ended(int call) {
+    int status = 0;
+    pid_t ended = 0;
+    for (int look = 0; look < 100 && ended == 0; ++look) {
+      ended = waitpid(child_, &status, WNOHANG);
+      if (ended == 0) { std::this_thread::sleep_for(std::chrono::milliseconds(5)); }
+    }
+    if (ended == child_) { child_ = -1; }
+    const std::string where = " in " + call_name(call);
+    if (ended > 0 && WIFSIGNALED(status)) { fail("killed by " + signal_text(WTERMSIG(status)) + where); }
+    if (ended > 0 && WIFEXITED(status)) {
+      if (WEXITSTATUS(status) == 127) { fail("the command was not found, or cannot be run"); }
+      fail("ended with exit code " + std::to_string(WEXITSTATUS(status)) + where);
+    }
+    fail("closed its output" + where);
+  }
+
+  void wait_for(int file, short event, Clock::time_point until, int call) {
+    for (;;) {
+      pollfd one{.fd = file, .events = event, .revents = 0};
+      const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
+      const int wait = static_cast<int>(std::clamp<long>(left.count() + 1, 0, 100));
+      const int ready = poll(&one, 1, wait);
+      if (ready > 0) { return; }
+      if (ready < 0 && errno != EINTR) { fail(std::string("poll: ") + std::strerror(errno)); }
+      check_memory();
+      if (Clock::now() >= until) {
+        fail("no answer to " + call_name(call) + " within the time limit of " +
+             std::to_string(static_cast<int>(limit_)) + " s");
+      }
+    }
+  }
+  void check_memory() {
+    if (resident_bytes() > limits_.memory_bytes) {
+      fail("uses more memory than the limit of " +
+           std::to_string(limits_.memory_bytes >> 20U) + " MiB");
+    }
+  }
+
+  void send(const char* bytes, std::size_t size, Clock::time_point until, int call) {
+    while (size > 0) {
+      wait_for(to_, POLLOUT, until, call);
+      const ssize_t sent = write(to_, bytes, std::min<std::size_t>(size, 65536));
+      if (sent < 0 && errno == EPIPE) { fail_ended(call); }
+      if (sent < 0 && errno != EINTR) { fail(std::string("write: ") + std::strerror(errno)); }
+      if (sent > 0) {
+        bytes += sent;
+        size -= static_cast<std::size_t>(sent);
+      }
+    }
+  }
+  void receive(char* bytes, std::size_t size, Clock::time_point until, int call) {
+    while (size > 0) {
+      wait_for(from_, POLLIN, until, call);
+      const ssize_t got = read(from_, bytes, size);
+      if (got == 0) { fail_ended(call); }
+      if (got < 0 && errno != EINTR) { fail(std::string("read: ") + std::strerror(errno)); }
+      if (got > 0) {
+        bytes += got;
+        size -= static_cast<std::size_t>(got);
+      }
+    }
+  }
+
+  /// Sends the payload of `writer_` and returns the answer's.
+  FrameReader exchange(int call, double limit) {
+    if (!failed_.empty()) { throw SubjectFailure(failed_); }
+    limit_ = limit;
+    const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                          std::chrono::duration<double>(limit));
+    const FrameHeader request{.length = static_cast<std::uint32_t>(writer_.bytes().size()),
+                              .call = static_cast<std::uint16_t>(call),
+                              .sequence = ++sequence_};
+    // One write for a small request: it wakes the child once.
+    request_.resize(sizeof request);
+    std::memcpy(request_.data(), &request, sizeof request);
+    request_.insert(request_.end(), writer_.bytes().begin(), writer_.bytes().end());
+    send(request_.data(), request_.size(), until, call);
+    FrameHeader answer;
+    receive(reinterpret_cast<char*>(&answer), sizeof answer, until, call);
+    if (answer.call != call || answer.sequence != sequence_ || answer.length > most_payload) {
+      fail("its answer to " + call_name(call) + " begins with \"" +
+           io::shown({reinterpret_cast<const char*>(&answer), sizeof answer}) +
+           "\", which is not a frame; standard output must hold frames only");
+    }
+    answer_.resize(answer.length);
+    receive(answer_.data(), answer_.size(), until, call);
+    if ((sequence_ & 255U) == 0) { check_memory(); }
+    status_ = answer.status;
+    std::string text;
+    if (status_ != PALPATE_OK && !answer_.empty() && call == PALPATE_CALL_LOAD) {
+      try {
+        text = FrameReader(answer_).take_text();
+      } catch (const std::length_error&) { fail("its answer to load is too short"); }
+    }
+    check(status_, call, text);
+    return FrameReader(answer_);
+  }
+
+  template <class T> T taken(FrameReader& answer, int call) {
+    try {
+      return answer.take<T>();
+    } catch (const std::length_error&) { fail("its answer to " + call_name(call) + " is too short"); }
+  }
+
+  SubjectLimits limits_;
+  bool host_;
+  std::string name_{};
+  pid_t child_ = -1;
+  int to_ = -1;
+  int from_ = -1;
+  int errors_ = -1;
+  double limit_ = 0.0;
+  int status_ = 0;
+  std::uint64_t sequence_ = 0;
+  std::string failed_{};
+  FrameWriter writer_{};
+  std::vector<char> request_{};
+  std::vector<char> answer_{};
+};
+
+bool read_all(int file, char* bytes, std::size_t size) {
+  while (size > 0) {
+    const ssize_t got = read(file, bytes, size);
+    if (got == 0 || (got < 0 && errno != EINTR)) { return false; }
+    if (got > 0) {
+      bytes += got;
+      size -= static_cast<std::size_t>(got);
+    }
+  }
+  return true;
+}
+bool write_all(int file, const char* bytes, std::size_t size) {
+  while (size > 0) {
+    const ssize_t sent = write(file, bytes, size);
+    if (sent < 0 && errno != EINTR) { return false; }
+    if (sent > 0) {
+      bytes += sent;
+      size -= static_cast<std::size_t>(sent);
+    }
+  }
+  return true;
+}
+
+/// One call of a library from its payload. Returns the status; the answer is written to `answer`.
+int answer_call(LibraryConnection& library, int call, FrameReader request, FrameWriter& answer,
+                std::vector<double>& state) {
+  switch (call) {
+    case PALPATE_CALL_HELLO: {
+      const SubjectFacts& facts = library.facts();
+      answer.add(static_cast<std::uint32_t>(PALPATE_SUBJECT_ABI));
+      answer.add(facts.capabilities);
+      for (const std::string& text : {facts.name, facts.version, facts.licence, facts.parameters}) {
+        answer.add_text(text);
+      }
+      return PALPATE_OK;
+    }
+    case PALPATE_CALL_LOAD: {
+      const std::string folder = request.take_text();
+      library.load(folder, request.take_text());
+      return PALPATE_OK;
+    }
+    case PALPATE_CALL_RESET: library.reset(request.take<std::uint64_t>()); return PALPATE_OK;
+    case PALPATE_CALL_STEP: {
+      const auto time = request.take<double>();
+      const auto dt = request.take<double>();
+      const bool tool = request.take<std::uint32_t>() != 0;
+      const palpate_tool_input input =
+          tool ? request.take<palpate_tool_input>() : palpate_tool_input{};
+      palpate_tool_output output = empty_output();
+      double seconds = 0.0;
+      const bool diverged =
+          library.step(time, dt, tool ? &input : nullptr, tool ? &output : nullptr, seconds);
+      answer.add(seconds);
+      if (tool) { answer.add(output); }
+      return diverged ? PALPATE_DIVERGED : PALPATE_OK;
+    }
+    case PALPATE_CALL_GET_STATE: {
+      const auto nodes = static_cast<std::size_t>(request.take<std::uint64_t>());
+      if (nodes > most_payload / (6 * sizeof(double))) { return PALPATE_FAILED; }
+      state.assign(6 * nodes, std::numeric_limits<double>::quiet_NaN());
+      library.get_state(state.data(), state.data() + 3 * nodes, nodes);
+      answer.add(state.data(), state.size());
+      return PALPATE_OK;
+    }
+    case PALPATE_CALL_SET_STATE: {
+      const auto nodes = static_cast<std::size_t>(request.take<std::uint64_t>());
+      if (request.left() != 6 * nodes * sizeof(double)) { return PALPATE_FAILED; }
+      state.resize(6 * nodes);
+      request.take(state.data(), state.size());
+      library.set_state(state.data(), state.data() + 3 * nodes, nodes);
+      return PALPATE_OK;
+    }
+    case PALPATE_CALL_SET_PARAMETER: {
+      const std::string name = request.take_text();
+      library.set_parameter(name, request.take<double>());
+      return PALPATE_OK;
+    }
+    case PALPATE_CALL_ENERGY: {
+      std::array<double, 3> joule{};
+      library.energy(joule.data());
+      answer.add(joule.data(), joule.size());
+      return PALPATE_OK;
+    }
+    case PALPATE_CALL_CLOSE: library.close(); return PALPATE_OK;
+    case PALPATE_CALL_EMPTY: return PALPATE_OK;
+    default: return PALPATE_UNSUPPORTED;
+  }
+}
+
+}  // namespace
+
+const palpate_subject_api& open_library(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) {
+    throw InputError(file + ": cannot be loaded: " + io::shown(text_of(dlerror())));
+  }
+  const auto function = reinterpret_cast<palpate_subject_api_function>(
+      dlsym(library, "palpate_subject_api_v1"));
+  if (function == nullptr) {
+    throw InputError(file + ": no function palpate_subject_api_v1; a subject exports it "
+                            "(palpate_subject.h)");
+  }
+  const palpate_subject_api* api = function();
+  if (api == nullptr) { throw InputError(file + ": palpate_subject_api_v1 returned null"); }
+  if (api->abi != PALPATE_SUBJECT_ABI || api->size < sizeof(palpate_subject_api)) {
+    throw InputError(file + ": version " + std::to_string(api->abi) + " of the interface, table of " +
+                     std::to_string(api->size) + " bytes; must be version " +
+                     std::to_string(PALPATE_SUBJECT_ABI) + " of " +
+                     std::to_string(sizeof(palpate_subject_api)) + " bytes");
+  }
+  if (api->load == nullptr || api->step == nullptr || api->destroy == nullptr) {
+    throw InputError(file + ": load, step or destroy is null; a subject must have all three");
+  }
+  return *api;
+}
+
+int serve_library(const palpate_subject_api& api, int input, int output) {
+  LibraryConnection library(api);
+  FrameHeader header;
+  std::vector<char> request;
+  std::vector<char> bytes;
+  std::vector<double> state;
+  FrameWriter answer;
+  while (read_all(input, reinterpret_cast<char*>(&header), sizeof header)) {
+    if (header.length > most_payload) { return 2; }
+    request.resize(header.length);
+    if (!read_all(input, request.data(), request.size())) { return 2; }
+    answer.clear();
+    int status = PALPATE_OK;
+    bool refused = true;
+    try {
+      status = answer_call(library, header.call, FrameReader(request), answer, state);
+      refused = false;
+    } catch (const CannotDo&) {
+      status = PALPATE_UNSUPPORTED;
+    } catch (const std::exception&) { status = PALPATE_FAILED; }
+    if (refused) {
+      answer.clear();
+      if (header.call == PALPATE_CALL_LOAD) { answer.add_text(library.load_error()); }
+    }
+    const FrameHeader out{.length = static_cast<std::uint32_t>(answer.bytes().size()),
+                          .call = header.call,
+                          .status = static_cast<std::uint16_t>(status),
+                          .sequence = header.sequence};
+    bytes.resize(sizeof out);
+    std::memcpy(bytes.data(), &out, sizeof out);
+    bytes.insert(bytes.end(), answer.bytes().begin(), answer.bytes().end());
+    if (!write_all(output, bytes.data(), bytes.size())) { return 2; }
+  }
+  return 0;
+}
+
+namespace {
+
+/// Returns palpate-subject-host beside the running program, or above it (programs of tests).
+std::filesystem::path host_program() {
+  constexpr std::string_view name = "palpate-subject-host";
+  std::filesystem::path folder = timing::own_program().parent_path();
+  for (int up = 0; up < 3; ++up, folder = folder.parent_path()) {
+    if (std::filesystem::exists(folder / name)) { return folder / name; }
+  }
+  throw InputError(std::string(name) + ": not beside the program; it must be installed with it");
+}
+
+}  // namespace
+
+std::unique_ptr<Connection> connect_subject(const std::string& subject, bool in_process,
+                                            const SubjectLimits& limits) {
+  constexpr std::string_view command = "exec:";
+  if (subject.starts_with(command)) {
+    const std::string line = subject.substr(command.size());
+    if (line.empty()) { throw InputError("--subject exec: needs a command, as exec:./simulator"); }
+    return std::make_unique<PipeConnection>(
+        std::vector<std::string>{"/bin/sh", "-c", "exec " + line}, "pipe", false, limits);
+  }
+  const std::filesystem::path file = subject;
+  if (file.extension() != ".so") {
+    throw InputError("--subject " + io::shown(subject) +
+                     ": unknown; model, PATH.so, exec:COMMAND or trace:FILE.csv");
+  }
+  if (!std::filesystem::exists(file)) {
+    throw InputError(file.string() + ": no such file; a shared library is needed");
+  }
+  const std::filesystem::path path = std::filesystem::absolute(file);
+  if (in_process) { return std::make_unique<LibraryConnection>(open_library(path)); }
+  return std::make_unique<PipeConnection>(
+      std::vector<std::string>{host_program().string(), path.string()},
+                                          "shared library", true, limits);
+}
+
+}  // namespace palpate

@@ -1,0 +1,604 @@
+// SPDX-License-Identifier: MIT
+/// Any simulator under test: accuracy of its trajectories with its own integrator, laws of
+/// conservation, static and continuum solutions, and audits against caches and wrong units
+/// (docs/subjects.md, "How a subject is judged"). Palpate's model is one of the subjects.
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "model/tissue/network_builder.hpp"
+#include "reference/static_equilibrium.hpp"
+#include "validation/claims/groups.hpp"
+#include "validation/claims/network_fixture.hpp"
+#include "validation/claims/tool_fixture.hpp"
+#include "validation/subject/subject.hpp"
+
+namespace palpate::subjects {
+
+namespace {
+
+using networks::text;
+
+/// The model is judged with the simplest scheme, one step a tick, as the other simulators are.
+constexpr const char* simplest_scheme = "euler-cromer";
+
+// Single precision keeps 2^-24 = 6e-8 of a coordinate; a displacement of a hundredth of the body
+// keeps 6e-6 of itself, and a run of some hundred steps a hundred times that.
+constexpr double single_precision = 1e-3;
+constexpr const char* why_single =
+    "single precision of coordinates over some hundred steps: 2^-24 of the body's size a step";
+
+/// Skips the case if the subject lacks a capability beyond those of its scene.
+void require(const CaseContext& context, Capabilities needed) {
+  const SubjectFacts facts = context.make_subject()->facts();
+  if (const Capabilities lacking = needed & ~facts.capabilities; lacking != 0) {
+    throw CannotDo("the subject does not declare: " + names_of(lacking));
+  }
+}
+
+Scene block_scene(int nodes, double step, double duration) {
+  Scene scene = scene_of(simplest_scheme, step, duration);
+  scene.title = "block of " + std::to_string(nodes) + " nodes a side";
+  scene.tissue.source = Source::lattice;
+  scene.tissue.fixed = {Face::z_min};
+  scene.tissue.lattice = {.nodes = {nodes, nodes, nodes},
+                          .spacing = 0.01,
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 50.0,
+                          .viscosity = 0.05,
+                          .node_mass = 1e-3};
+  return scene;
+}
+
+int pulled_node(int nodes) {
+  return LatticeShape{{nodes, nodes, nodes}, 0.01}.index(nodes / 2, nodes / 2, nodes - 1);
+}
+
+/// The agreed problem of mass-spring programs: 26 neighbours, one face held, the middle node of the
+/// opposite face pulled by 0.1 N from t = 0.
+Scene s26_scene(int nodes, double step, double duration) {
+  Scene scene = block_scene(nodes, step, duration);
+  const int node = pulled_node(nodes);
+  scene.loads = {{.nodes = {node}, .force = {0.0, 0.0, 0.1}}};
+  scene.records = {{.name = "tip", .where = node}};
+  return scene;
+}
+
+/// Column of a trace at multiples of an interval [s].
+std::vector<double> values_at(const Trace& trace, std::string_view column, double interval,
+                              std::size_t count) {
+  std::vector<double> values;
+  std::size_t row = 0;
+  for (std::size_t n = 0; n < count; ++n) {
+    const double t = static_cast<double>(n) * interval;
+    while (row + 1 < trace.rows() && trace.time[row] < t - 1e-9) { ++row; }
+    values.push_back(row < trace.rows() ? trace.values(column)[row] : std::nan(""));
+  }
+  return values;
+}
+
+/// Largest distance over the largest deflection of the truth.
+double largest_error(const std::vector<double>& values, const std::vector<double>& truth) {
+  Largest error;
+  Largest peak;
+  for (std::size_t n = 0; n < truth.size(); ++n) {
+    error.add(std::abs(values[n] - truth[n]));
+    peak.add(std::abs(truth[n] - truth[0]));
+  }
+  return error.value() / peak.value();
+}
+
+struct Run {
+  std::vector<double> tip{};
+  double error = 0.0;          ///< along the trajectory [1]
+  double last = 0.0;           ///< at the end, relative, signed [1]
+  double step_seconds = 0.0;   ///< mean time of a step [s]
+};
+
+void measure_s26(const CaseContext& context, Outcome& outcome) {
+  constexpr int nodes = 10;
+  constexpr double interval = 1e-3;
+  constexpr double duration = 0.1;
+  constexpr std::size_t samples = 101;
+  const Scene first = s26_scene(nodes, interval, duration);
+  const SpringNetwork network = build_network(first);
+  const NetworkProblem problem = networks::problem_of(first, network);
+  std::vector<double> times;
+  for (std::size_t n = 0; n < samples; ++n) { times.push_back(static_cast<double>(n) * interval); }
+  const networks::TruthSettings settings{.tolerance = {.relative = 1e-11}, .demanded_digits = 7.0};
+  const networks::Truth truth = networks::find_truth(context, problem, times, settings);
+  networks::judge_truth(truth, settings, outcome);
+  const Eigen::Index tip = problem.coordinate(pulled_node(nodes)) + 2;
+  const std::vector<double> exact = networks::row(truth.solution.position, tip);
+
+  const bool replayed = context.make_subject()->facts().carrier == "trace";
+  const std::vector<double> steps =
+      replayed ? std::vector{1e-3} : std::vector{1e-3, 0.5e-3, 0.25e-3};
+  const auto run_at = [&](const CaseContext& with, double step) {
+    const Trace trace = roll_out(with, s26_scene(nodes, step, duration), {});
+    Run run{.tip = values_at(trace, "tip.z_m", interval, samples)};
+    run.error = largest_error(run.tip, exact);
+    run.last = (run.tip.back() - exact.back()) / (exact.back() - exact.front());
+    run.step_seconds = trace.seconds / static_cast<double>(std::max(1L, trace.ticks));
+    return run;
+  };
+  Table& table = outcome.table(
+      "s26", "S26, 10 nodes a side",
+      "Displacement of the pulled node, against a reference on which two solvers agree. Euler: the "
+      "simplest scheme, semi-implicit Euler, at the same step. Real time: simulated over computed.",
+      {"step (ms)", "largest error (1)", "of Euler (1)", "error at 0.1 s (1)", "order", "us a step",
+       "real time (1)"});
+  Figure& figure = outcome.plot("tip", "Pulled node of S26",
+                                "Displacement of the pulled node over time, and its reference.",
+                                {"time (ms)"}, {"displacement (mm)"});
+  const auto draw = [&](std::string label, const std::vector<double>& z, Series::Style style) {
+    Series& series = figure.add(std::move(label), style);
+    for (std::size_t n = 0; n < z.size(); ++n) {
+      series.add(1e3 * times[n], 1e3 * (z[n] - exact[0]));
+    }
+  };
+  std::vector<Run> runs;
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    runs.push_back(run_at(context, steps[n]));
+    const Run& run = runs.back();
+    const double simplest = run_at({}, steps[n]).error;
+    const double order = n == 0 ? std::nan("") : std::log2(runs[n - 1].error / run.error);
+    const std::string tag = "_at_" + text(1e3 * steps[n]) + "_ms";
+    outcome.judge_at_most("largest_error" + tag, run.error, 2.0 * simplest,
+                          "twice the error of semi-implicit Euler at the same step");
+    outcome.report("error_at_100_ms" + tag, run.last);
+    table.rows.push_back({1e3 * steps[n], run.error, simplest, run.last,
+                          n == 0 ? Cell("-") : Cell(order), 1e6 * run.step_seconds,
+                          run.step_seconds > 0.0 ? Cell(steps[n] / run.step_seconds) : Cell("-")});
+    outcome.timings.push_back(
+        {.name = "step" + tag, .value = 1e6 * run.step_seconds, .unit = "us"});
+    draw("subject, " + text(1e3 * steps[n]) + " ms", run.tip, Series::Style::line);
+  }
+  draw("reference", exact, Series::Style::dashed);
+  if (runs.size() > 1) {
+    const double floor = single_precision;
+    const double order = std::log2(runs[runs.size() - 2].error / runs.back().error);
+    const bool at_floor = runs.back().error < floor;
+    outcome.judge_at_least("observed_order_or_1_at_the_floor", at_floor ? 1.0 : order, 0.7,
+                           "theory: a consistent scheme is of order one at least; from 0.5 to 0.25 "
+                           "ms, unless the error is below that of single precision");
+    outcome.report("observed_order", order);
+  }
+  const double control = context.make_subject()->round_trip();
+  if (control > 0.0) {
+    outcome.timings.push_back({.name = "empty call", .value = 1e6 * control, .unit = "us"});
+  }
+}
+
+/// The first step shows when a load acts, in which unit, and on which mass.
+void measure_first_step(const CaseContext& context, Outcome& outcome) {
+  require(context, PALPATE_CAN_STATE);
+  constexpr double h = 1e-3;
+  const Scene scene = s26_scene(5, h, h);
+  const SpringNetwork network = build_network(scene);
+  const NetworkProblem problem = networks::problem_of(scene, network);
+  const int node = pulled_node(5);
+  const Eigen::Index z = problem.coordinate(node) + 2;
+  Eigen::SparseMatrix<double> stiffness;
+  Eigen::SparseMatrix<double> damping;
+  problem.jacobian(problem.initial_position(), Eigen::VectorXd::Zero(problem.dof()), stiffness,
+                   damping);
+  const double mass = network.mass(node);
+  const double free = 0.1 * h / mass;
+  const double held = 0.1 * h / (mass + h * damping.coeff(z, z) + h * h * stiffness.coeff(z, z));
+  const Trace trace = roll_out(context, scene, {.position = true, .velocity = true});
+  outcome.judge_between("velocity_after_one_step", trace.velocity(z, trace.velocity.cols() - 1),
+                        0.9 * held, 1.1 * free,
+                        "theory: F h / m of a free node, and of one that its springs and dampers "
+                        "hold (implicit Euler with neighbours at rest), 10 % wider",
+                        "m/s");
+  Eigen::VectorXd others = trace.velocity.col(0);
+  outcome.judge_at_most("velocity_before_it", others.cwiseAbs().maxCoeff(), 0.0,
+                        "the scene starts at rest", "m/s");
+}
+
+void measure_static(const CaseContext& context, Outcome& outcome) {
+  Scene scene = s26_scene(5, 1e-3, context.quick ? 1.5 : 3.0);
+  scene.tissue.lattice.viscosity = 0.1;
+  const SpringNetwork network = build_network(scene);
+  const NetworkProblem problem = networks::problem_of(scene, network);
+  const reference::Equilibrium rest = reference::static_equilibrium(problem);
+  const Eigen::Index z = problem.coordinate(pulled_node(5)) + 2;
+  const double expected = rest.position(z) - problem.initial_position()(z);
+  const Trace trace = roll_out(context, scene, {.every = 100});
+  const std::vector<double>& tip = trace.values("tip.z_m");
+  outcome.judge_near("deflection_over_static_solution", (tip.back() - tip.front()) / expected, 1.0,
+                     5e-3,
+                     "static equilibrium of the same springs; what has not decayed is below 0.1 %");
+  outcome.report("deflection", tip.back() - tip.front(), "m");
+}
+
+/// Fixed-free chain of ten masses in its first longitudinal mode.
+void measure_chain(const CaseContext& context, Outcome& outcome) {
+  constexpr int masses = 10;
+  constexpr double spacing = 0.01;
+  constexpr double k = 200.0;
+  constexpr double m = 1e-3;
+  constexpr double amplitude = 1e-3;
+  const double angle = std::numbers::pi / (2.0 * (2.0 * masses + 1.0));
+  const double omega = 2.0 * std::sqrt(k / m) * std::sin(angle);
+  const double period = 2.0 * std::numbers::pi / omega;
+  SpringNetwork network;
+  network.rest_position.setZero(3, masses + 1);
+  network.initial_displacement.setZero(3, masses + 1);
+  network.mass.setConstant(masses + 1, m);
+  network.fixed.assign(masses + 1, 0);
+  network.fixed.front() = 1;
+  for (int n = 1; n <= masses; ++n) {
+    network.rest_position(2, n) = n * spacing;
+    network.initial_displacement(2, n) = amplitude * std::sin(2.0 * angle * n);
+    network.springs.push_back({n - 1, n, k, 0.0, spacing});
+  }
+  constexpr long steps = 200;
+  const double h = period / static_cast<double>(steps);
+  Scene scene = scene_of(simplest_scheme, h, period);
+  scene.records = {{.name = "end", .where = masses}};
+  const Trace trace = roll_out(context, scene, &network, {});
+  Largest error;
+  const double peak = network.initial_displacement(2, masses);
+  Figure& figure = outcome.plot("mode", "First mode of a chain",
+                                "Free end of a chain of ten masses over one period.",
+                                {"time over period"}, {"displacement (mm)"});
+  Series& measured = figure.add("subject");
+  Series& formula = figure.add("cos(omega t)", Series::Style::dashed);
+  for (std::size_t n = 0; n < trace.rows(); ++n) {
+    const double z = trace.values("end.z_m")[n] - masses * spacing;
+    const double exact = peak * std::cos(omega * trace.time[n]);
+    error.add(std::abs(z - exact) / peak);
+    measured.add(trace.time[n] / period, 1e3 * z);
+    formula.add(trace.time[n] / period, 1e3 * exact);
+  }
+  const double loss = 1.0 - std::exp(-std::numbers::pi * omega * h);
+  outcome.judge_at_most("largest_error", error.value(), 1.25 * loss,
+                        "closed form; implicit Euler at this step loses " + text(loss) +
+                            " of the amplitude in a period, more than any other scheme");
+}
+
+/// Block without supports, with random velocities.
+SpringNetwork free_block(double viscosity, double speed) {
+  networks::Block block{.nodes = {4, 4, 4}, .spacing = 0.01};
+  SpringNetwork network = networks::block_network(block);
+  network.springs.change_each([&](Spring& s) { s.viscosity = viscosity; });
+  Random random(7);
+  network.initial_velocity.resize(3, network.node_count());
+  for (Eigen::Index n = 0; n < network.node_count(); ++n) {
+    network.initial_velocity.col(n) = random.vector(3, speed);
+  }
+  return network;
+}
+
+void measure_momentum(const CaseContext& context, Outcome& outcome) {
+  require(context, PALPATE_CAN_STATE);
+  const SpringNetwork network = free_block(0.02, 0.05);
+  const Scene scene = scene_of(simplest_scheme, 2e-4, 0.1);
+  const Trace trace = roll_out(context, scene, &network, {.every = 50, .velocity = true});
+  const auto momentum = [&](Eigen::Index row) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (Eigen::Index n = 0; n < network.node_count(); ++n) {
+      sum += network.mass(n) * trace.velocity.col(row).segment<3>(3 * n);
+    }
+    return sum;
+  };
+  double scale = 0.0;
+  for (Eigen::Index n = 0; n < network.node_count(); ++n) {
+    scale += network.mass(n) * network.initial_velocity.col(n).norm();
+  }
+  Largest drift;
+  for (Eigen::Index row = 0; row < trace.velocity.cols(); ++row) {
+    drift.add((momentum(row) - momentum(0)).norm() / scale);
+  }
+  outcome.judge_at_most("momentum_drift", drift.value(), 1e-4,
+                        "law: inner forces sum to zero; single precision over 500 steps");
+}
+
+void measure_energy(const CaseContext& context, Outcome& outcome) {
+  require(context, PALPATE_CAN_STATE);
+  const SpringNetwork network = free_block(0.0, 0.02);
+  Scene scene = scene_of(simplest_scheme, 0.0, 0.0);
+  const double omega = networks::highest_frequency(networks::problem_of(scene, network));
+  scene.simulation.step = 0.2 / omega;
+  scene.simulation.duration = 1000.0 * scene.simulation.step;
+  const Trace trace = roll_out(context, scene, &network, {.every = 10, .energy = true});
+  const std::vector<double>& energy = trace.values("energy_j");
+  Largest largest;
+  for (const double one : energy) { largest.add(one / energy.front()); }
+  outcome.judge_at_most("largest_energy_over_initial", largest.value(), 1.2,
+                        "theory: a symplectic scheme of order one oscillates by omega h / 2 = 0.1; "
+                        "no scheme may add energy");
+  outcome.report("final_energy_over_initial", energy.back() / energy.front());
+}
+
+void measure_invariance(const CaseContext& context, Outcome& outcome) {
+  require(context, PALPATE_CAN_STATE);
+  SpringNetwork network = free_block(0.02, 0.05);
+  const Scene scene = scene_of(simplest_scheme, 2e-4, 0.04);
+  const SampleOptions samples{.every = 20, .position = true};
+  const Trace first = roll_out(context, scene, &network, samples);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
+  const Eigen::Vector3d shift(0.03, -0.02, 0.05);
+  network.rest_position = (turn * network.rest_position).colwise() + shift;
+  network.initial_velocity = turn * network.initial_velocity;
+  const Trace second = roll_out(context, scene, &network, samples);
+  Largest difference;
+  Largest travel;
+  for (Eigen::Index row = 0; row < first.position.cols(); ++row) {
+    for (Eigen::Index n = 0; n < network.node_count(); ++n) {
+      const Eigen::Vector3d turned = turn * first.position.col(row).segment<3>(3 * n) + shift;
+      difference.add((second.position.col(row).segment<3>(3 * n) - turned).norm());
+      travel.add((first.position.col(row) - first.position.col(0)).segment<3>(3 * n).norm());
+    }
+  }
+  outcome.judge_at_most("difference_after_turning_back", difference.value() / travel.value(),
+                        single_precision, why_single);
+}
+
+void measure_rest(const CaseContext& context, Outcome& outcome) {
+  Scene scene = block_scene(5, 1e-3, context.quick ? 0.5 : 2.0);
+  scene.records = {{.name = "tip", .where = pulled_node(5)}};
+  const Trace trace = roll_out(context, scene, {.every = 10});
+  Largest motion;
+  for (const char* axis : {"tip.x_m", "tip.y_m", "tip.z_m"}) {
+    for (const double place : trace.values(axis)) {
+      motion.add(std::abs(place - trace.values(axis).front()));
+    }
+  }
+  outcome.judge_at_most("motion_at_rest", motion.value(), 0.04 * single_precision,
+                        "law: without load nothing moves; single precision of the 40 mm block",
+                        "m");
+}
+
+/// Doubles the step until the subject diverges; then runs the sound scene again.
+void measure_stability(const CaseContext& context, Outcome& outcome) {
+  if (context.make_subject()->facts().carrier == "trace") {
+    throw CannotDo("a trace has one step");
+  }
+  double stable = 0.0;
+  for (double step = 1e-3; step < 0.1; step *= 2.0) {
+    const Scene scene = s26_scene(5, step, 100.0 * step);
+    const Trace trace = roll_out(context, scene, {});
+    Largest reach;
+    for (const double z : trace.values("tip.z_m")) { reach.add(std::abs(z)); }
+    if (trace.diverged || !(reach.value() < 1.0)) { break; }
+    stable = step;
+  }
+  outcome.judge_at_least("largest_stable_step", stable, 1e-3,
+                         "the step of a haptic loop at 1 kHz", "s");
+  const Trace again = roll_out(context, s26_scene(5, 1e-3, 0.02), {});
+  outcome.judge_true("runs_again_after_divergence",
+                     !again.diverged && std::isfinite(again.values("tip.z_m").back()),
+                     "divergence of one scene does not damage the next");
+}
+
+// Audits: what a subject could do to pass without computing.
+
+void measure_renumbered(const CaseContext& context, Outcome& outcome) {
+  Scene scene = s26_scene(5, 1e-3, 0.05);
+  SpringNetwork network = build_network(scene);
+  scene.tissue.source = Source::network;
+  scene.tissue.fixed = std::vector<Face>{};
+  const Trace first = roll_out(context, scene, &network, {});
+  const std::vector<int> node_of = renumber(network, scene, 11);
+  scene.records[0].where = node_of[static_cast<std::size_t>(pulled_node(5))];
+  const Trace second = roll_out(context, scene, &network, {});
+  outcome.judge_at_most(
+      "difference_of_order",
+      largest_error(second.values("tip.z_m"), first.values("tip.z_m")), 10.0 * single_precision,
+      "the order of nodes and springs changes rounding, and for solvers that visit constraints in "
+      "order their iterations: a hundredth");
+}
+
+void measure_sensitivity(const CaseContext& context, Outcome& outcome) {
+  if (context.make_subject()->facts().carrier == "trace") {
+    throw CannotDo("a trace has one stiffness");
+  }
+  constexpr double change = 1e-3;
+  const auto tips = [&](const CaseContext& with, Subject* subject, bool fine) {
+    std::array<std::vector<double>, 2> found;
+    for (const bool stiffer : {false, true}) {
+      Scene scene = s26_scene(5, 1e-3, 0.05);
+      scene.tissue.lattice.stiffness *= stiffer ? 1.0 + change : 1.0;
+      if (fine) {
+        scene.simulation.integrator = "rk4";
+        scene.simulation.substeps = 16;
+      }
+      SpringNetwork network = build_network(scene);
+      if (with.mutation != nullptr && with.mutation->model) { with.mutation->model(scene, network); }
+      Trace trace;
+      if (subject != nullptr) {
+        subject->load(scene, network, with.skip);
+        trace = roll_out(*subject, scene);
+        if (with.mutation != nullptr && with.mutation->trace) { with.mutation->trace(trace); }
+      } else {
+        trace = roll_out(with, scene, &network, {});
+      }
+      found[stiffer ? 1 : 0] = trace.values("tip.z_m");
+    }
+    return found;
+  };
+  const std::unique_ptr<Subject> subject = context.make_subject();
+  const auto seen = tips(context, subject.get(), false);
+  const auto exact = tips({}, nullptr, true);
+  double scale = 0.0;
+  double along = 0.0;
+  for (std::size_t n = 0; n < exact[0].size(); ++n) {
+    const double wanted = exact[1][n] - exact[0][n];
+    scale += wanted * wanted;
+    along += wanted * (seen[1][n] - seen[0][n]);
+  }
+  outcome.judge_near("response_to_stiffness_over_exact", along / scale, 1.0, 0.5,
+                     "change of the trajectory for 0.1 % more stiffness, projected on that of RK4; "
+                     "a subject that ignores it or answers from a cache gives 0");
+}
+
+void measure_repeat(const CaseContext& context, Outcome& outcome) {
+  const std::unique_ptr<Subject> subject = context.make_subject();
+  const SubjectFacts facts = subject->facts();
+  const Scene scene = s26_scene(5, 1e-3, 0.1);
+  const SpringNetwork network = build_network(scene);
+  std::array<Trace, 2> runs;
+  for (Trace& run : runs) {
+    if (&run == &runs[0] || !subject->reset()) { subject->load(scene, network, context.skip); }
+    run = roll_out(*subject, scene);
+    if (context.mutation != nullptr && context.mutation->trace) { context.mutation->trace(run); }
+  }
+  const bool exact = (facts.capabilities & PALPATE_CAN_REPEAT) != 0;
+  outcome.judge_at_most(
+      "difference_after_reset",
+      largest_error(runs[1].values("tip.z_m"), runs[0].values("tip.z_m")),
+      exact ? 0.0 : single_precision,
+      exact ? "the subject declares that reset gives the same bits" : why_single);
+  const double ratio = runs[1].seconds / runs[0].seconds;
+  outcome.timings.push_back({.name = "second run over first", .value = ratio, .unit = "1"});
+  if (context.subject && facts.carrier != "trace") {
+    outcome.judge_at_least("time_of_second_run_over_first", ratio, 0.02,
+                           "an answer from a cache takes no time; fifty times faster is no noise");
+  }
+}
+
+void measure_memory(const CaseContext& context, Outcome& outcome) {
+  const std::unique_ptr<Subject> subject = context.make_subject();
+  if (subject->resident_bytes() == 0) { throw CannotDo("the subject has no process of its own"); }
+  const Scene scene = s26_scene(3, 1e-3, 0.5);
+  const SpringNetwork network = build_network(scene);
+  constexpr int rounds = 16;
+  std::vector<double> resident;
+  for (int round = 0; round < rounds; ++round) {
+    subject->load(scene, network, context.skip);
+    (void)roll_out(*subject, scene, {.every = 100});
+    resident.push_back(static_cast<double>(subject->resident_bytes()));
+  }
+  outcome.judge_at_most("growth_in_the_last_half", resident.back() - resident[rounds / 2 - 1],
+                        8.0 * 1048576.0,
+                        "no growth, once caches and heaps are full: 8 rounds of loading 27 nodes "
+                        "and 500 steps; heaps of interpreters differ by some MiB",
+                        "B");
+  outcome.report("resident", resident.back(), "B");
+}
+
+// Tools, against the continuum. They hold for any discretisation.
+
+/// Gel on a rigid base, pressed to a depth in steps that end at rest.
+Scene gel_scene(double spacing, double half_width, double thickness) {
+  const auto cells = [&](double length) { return static_cast<int>(std::lround(length / spacing)); };
+  Scene scene;
+  scene.tissue.source = Source::lattice;
+  scene.tissue.fixed = {Face::z_max};
+  scene.tissue.lattice = {.nodes = {2 * cells(half_width) + 1, 2 * cells(half_width) + 1,
+                                    cells(thickness) + 1},
+                          .spacing = spacing,
+                          .material = "gel"};
+  scene.materials = {tools::tissue_of("gel", 1e4, 50.0, 10.0)};
+  scene.materials[0].damping_ratio = 0.0;
+  scene.materials[0].retardation_time = 2e-3;
+  scene.simulation = {.duration = 0.6, .step = 1e-3, .integrator = "implicit-euler"};
+  return scene;
+}
+
+/// Mean force over the last tenth of a run [N].
+double last_force(const Trace& trace) {
+  const std::vector<double>& force = trace.values("tool.force_n");
+  const std::size_t count = std::max<std::size_t>(1, force.size() / 10);
+  double sum = 0.0;
+  for (std::size_t n = force.size() - count; n < force.size(); ++n) { sum += force[n]; }
+  return sum / static_cast<double>(count);
+}
+
+void measure_needle(const CaseContext& context, Outcome& outcome) {
+  Scene scene = gel_scene(0.005, 0.04, 0.04);
+  scene.needle = Needle{.diameter = 2.1e-3};
+  constexpr double depth = 0.5e-3;
+  scene.drive = Drive{.speed = 0.005, .depth = depth, .hold = 10.0};
+  const double expected = 1e4 * 2.1e-3 / (1.0 - 0.25 * 0.25) * depth;
+  const Trace pressed = roll_out(context, scene, {});
+  outcome.judge_near("force_before_puncture_over_continuum", last_force(pressed) / expected, 1.0,
+                     0.15, "rigid punch on a half space, 2 E a d / (1 - nu^2); the block is finite");
+
+  // Cut at a constant force, with friction along the shaft in the tissue.
+  scene.materials[0].cutting_force = 0.05;
+  scene.drive = Drive{.speed = 0.02, .depth = 0.015, .hold = 10.0};
+  scene.simulation.duration = 0.75;
+  const Trace cut = roll_out(context, scene, {});
+  Largest error;
+  const auto& force = cut.values("tool.force_n");
+  const auto& depths = cut.values("tool.depth_m");
+  for (std::size_t n = 0; n < cut.rows(); ++n) {
+    if (cut.time[n] < 0.5 || cut.time[n] > 0.74) { continue; }
+    error.add(std::abs(force[n] / (0.05 + 10.0 * depths[n]) - 1.0));
+  }
+  outcome.judge_at_most("error_of_cutting_and_friction", error.value(), 0.15,
+                        "law: a needle that cuts feels its cutting force and its friction times "
+                        "its length; the tissue that it drags shortens that by some per cent");
+}
+
+void measure_probe(const CaseContext& context, Outcome& outcome) {
+  Scene scene = gel_scene(0.005, 0.045, 0.045);
+  scene.probe = Probe{.size = {0.01, 0.01}};
+  constexpr double depth = 0.3e-3;
+  scene.drive = Drive{.speed = 0.005, .depth = depth, .hold = 10.0};
+  const double expected = 1e4 * 0.01 / (1.0 - 0.25 * 0.25) * depth;
+  // A layer of nine radii on a rigid base is stiffer than a half space: Hayes' kappa is about 1.13.
+  const double layer = 1.0 + 1.13 * 0.005 / 0.045;
+  const Trace trace = roll_out(context, scene, {});
+  outcome.judge_near("force_over_continuum", last_force(trace) / expected, layer, 0.15,
+                     "rigid disc on a half space, 2 E a d / (1 - nu^2), stiffened by the base; the "
+                     "block is finite");
+}
+
+Case any(std::string name, std::string suite, std::string claim,
+         void (*measure)(const CaseContext&, Outcome&), double weight) {
+  return {.name = "subject/" + std::move(name),
+          .suite = std::move(suite),
+          .claim = std::move(claim),
+          .measure = measure,
+          .weight = weight,
+          .any_subject = true};
+}
+
+}  // namespace
+
+std::vector<Case> cases() {
+  return {
+      any("s26", "accuracy",
+          "The pulled node of the agreed block of 1000 masses follows the reference, and a smaller "
+          "step brings it closer.",
+          measure_s26, 3.0),
+      any("first-step", "accuracy", "A load acts in the first step, on the mass of its node.",
+          measure_first_step, 0.1),
+      any("static", "accuracy", "A damped block under a constant load rests at its static solution.",
+          measure_static, 0.5),
+      any("chain", "accuracy", "A fixed-free chain oscillates in its first mode as in closed form.",
+          measure_chain, 0.1),
+      any("momentum", "accuracy", "Springs and dampers between free masses keep their momentum.",
+          measure_momentum, 0.2),
+      any("energy", "stability", "An undamped block gains no energy in a thousand steps.",
+          measure_energy, 0.2),
+      any("invariance", "accuracy", "A block that is turned and moved behaves the same.",
+          measure_invariance, 0.2),
+      any("rest", "stability", "Tissue without load stays where it is.", measure_rest, 0.2),
+      any("stability", "stability",
+          "Steps of 1 ms are stable, and a diverged scene does not damage the next.",
+          measure_stability, 0.3),
+      any("audit/renumbered", "accuracy", "The order of nodes and springs changes nothing.",
+          measure_renumbered, 0.2),
+      any("audit/stiffness", "accuracy", "A stiffness that is changed by 0.1 % changes the motion.",
+          measure_sensitivity, 0.3),
+      any("audit/repeat", "stability", "The same scene again gives the same answer, computed again.",
+          measure_repeat, 0.2),
+      any("audit/memory", "stability", "Loading and stepping again and again takes no more memory.",
+          measure_memory, 0.3),
+      any("needle", "haptics",
+          "A needle on gel feels a rigid punch before it cuts, then its cutting force and friction.",
+          measure_needle, 3.0),
+      any("probe", "haptics", "A rigid disc on gel feels the force of the continuum.",
+          measure_probe, 3.0)};
+}
+
+}  // namespace palpate::subjects

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Capabilities of a subject: names of the bits of palpate_subject.h, and those that a scene needs.
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "model/problem/scene.hpp"
+#include "validation/subject/palpate_subject.h"
+
+namespace palpate {
+
+using Capabilities = std::uint64_t;
+inline constexpr Capabilities every_capability = 2 * PALPATE_CAN_REPEAT - 1;
+
+/// Returns the names of the bits, separated by spaces: "springs state".
+std::string names_of(Capabilities bits);
+
+/// Returns what a subject needs for a scene. `network` is the tissue of the scene. Throws CannotDo
+/// for an oscillator and for the printed equations of the paper, which only the model has.
+Capabilities needs_of(const Scene& scene, const SpringNetwork& network);
+
+/// Returns the needs that capabilities lack. A subject with its own discretisation needs none of
+/// springs, damping and fixed nodes for tissue in layers with a tool.
+Capabilities missing(Capabilities capabilities, const Scene& scene, Capabilities needs);
+
+/// The subject lacks a capability, or cannot represent a scene. The case is skipped.
+class CannotDo : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The subject crashed, did not answer, broke the protocol or reported a failure. The case ends
+/// with an error.
+class SubjectFailure : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What a subject says about itself.
+struct SubjectFacts {
+  std::string name{};
+  std::string version{};
+  std::string licence{};     ///< SPDX identifier
+  std::string parameters{};  ///< names, comma-separated
+  std::string carrier{};     ///< "in process", "shared library", "pipe", "trace"
+  Capabilities capabilities = 0;
+};
+
+}  // namespace palpate
