@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "subject_skeletons.hpp"
+
 #include "fixtures/io/csv_file.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/scene_folder.hpp"
@@ -14,7 +16,6 @@
 #include "model/tissue/network_builder.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/expected_failures.hpp"
-#include "subject_skeletons.hpp"
 
 namespace palpate::io {
 
@@ -68,11 +69,13 @@ void add_subject_options(CLI::App& command, SubjectChoice& choice) {
       });
   command.add_flag("--in-process", choice.in_process,
                    "run a shared library in this process, for profilers; a crash ends the program");
-  command.add_option("--subject-time-limit", choice.time_limit,
-                     "seconds for a call to the simulator, six times as many to load [10]")
+  command
+      .add_option("--subject-time-limit", choice.time_limit,
+                  "seconds for a call to the simulator, six times as many to load [10]")
       ->check(number_range(1e-3, 1e6));
-  command.add_option("--subject-memory-limit", choice.memory_limit,
-                     "memory of the simulator's process in MiB [4096]")
+  command
+      .add_option("--subject-memory-limit", choice.memory_limit,
+                  "memory of the simulator's process in MiB [4096]")
       ->check(number_range(1.0, 1e9));
   add_value(command, "--column", choice.columns, "NAME=ROLE",
             "column of a trace and its role: a column of trace.csv, with _ms, _mm, _mN, _kPa or "
@@ -96,9 +99,8 @@ struct ExportOptions : CommonOptions {
 
 int run_export(const ExportOptions& options) {
   const io::SceneFile file = io::read_scene(options.scene, options.overrides);
-  const SpringNetwork network = file.scene.tissue.source == Source::oscillator
-                                    ? SpringNetwork{}
-                                    : build_network(file.scene);
+  const SpringNetwork network =
+      file.scene.tissue.source == Source::oscillator ? SpringNetwork{} : build_network(file.scene);
   std::string needs;
   try {
     needs = names_of(needs_of(file.scene, network));
@@ -158,7 +160,8 @@ int run_new(const NewOptions& options) {
   }
   const fs::path& folder = options.folder;
   if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder))) {
-    throw InputError(folder.string() + ": exists and is not an empty folder; a new folder is needed");
+    throw InputError(folder.string() +
+                     ": exists and is not an empty folder; a new folder is needed");
   }
   std::error_code problem;
   fs::create_directories(folder, problem);
@@ -173,8 +176,8 @@ int run_new(const NewOptions& options) {
 }  // namespace
 
 void add_export(Program& program) {
-  const auto [command, options] = add_command(
-      program, "export", "write a scene as CSV files for other simulators", run_export);
+  const auto [command, options] =
+      add_command(program, "export", "write a scene as CSV files for other simulators", run_export);
   add_scene(command, options, options.scene);
 }
 

@@ -36,8 +36,9 @@ double seconds_since(Clock::time_point begin) {
 }
 
 std::string call_name(int call) {
-  constexpr std::array names{"?",         "hello",     "load",          "reset",  "step",  "get_state",
-                             "set_state", "set_parameter", "energy", "close", "an empty call"};
+  constexpr std::array names{"?",      "hello",     "load",         "reset",
+                             "step",   "get_state", "set_state",    "set_parameter",
+                             "energy", "close",     "an empty call"};
   return names[static_cast<std::size_t>(std::clamp(call, 0, 10))];
 }
 
@@ -133,7 +134,8 @@ class LibraryConnection final : public Connection {
 /// Name of a signal: "SIGSEGV".
 std::string signal_text(int signal) {
   const char* name = sigabbrev_np(signal);
-  return "signal " + std::to_string(signal) + (name != nullptr ? " (SIG" + std::string(name) + ")" : "");
+  return "signal " + std::to_string(signal) +
+         (name != nullptr ? " (SIG" + std::string(name) + ")" : "");
 }
 
 /// Program in a child process that answers frames.
@@ -253,8 +255,8 @@ class PipeConnection final : public Connection {
     std::array<int, 2> to{-1, -1};
     std::array<int, 2> from{-1, -1};
     errors_ = memfd_create("palpate-subject-errors", MFD_CLOEXEC);
-    const bool open = errors_ >= 0 && pipe2(to.data(), O_CLOEXEC) == 0 &&
-                      pipe2(from.data(), O_CLOEXEC) == 0;
+    const bool open =
+        errors_ >= 0 && pipe2(to.data(), O_CLOEXEC) == 0 && pipe2(from.data(), O_CLOEXEC) == 0;
     if (!open) {
       throw SubjectFailure(std::string("no pipe to the subject: ") + std::strerror(errno));
     }
@@ -333,7 +335,9 @@ class PipeConnection final : public Connection {
     }
     if (ended == child_) { child_ = -1; }
     const std::string where = " in " + call_name(call);
-    if (ended > 0 && WIFSIGNALED(status)) { fail("killed by " + signal_text(WTERMSIG(status)) + where); }
+    if (ended > 0 && WIFSIGNALED(status)) {
+      fail("killed by " + signal_text(WTERMSIG(status)) + where);
+    }
     if (ended > 0 && WIFEXITED(status)) {
       if (WEXITSTATUS(status) == 127) { fail("the command was not found, or cannot be run"); }
       fail("ended with exit code " + std::to_string(WEXITSTATUS(status)) + where);
@@ -358,8 +362,8 @@ class PipeConnection final : public Connection {
   }
   void check_memory() {
     if (resident_bytes() > limits_.memory_bytes) {
-      fail("uses more memory than the limit of " +
-           std::to_string(limits_.memory_bytes >> 20U) + " MiB");
+      fail("uses more memory than the limit of " + std::to_string(limits_.memory_bytes >> 20U) +
+           " MiB");
     }
   }
 
@@ -426,7 +430,9 @@ class PipeConnection final : public Connection {
   template <class T> T taken(FrameReader& answer, int call) {
     try {
       return answer.take<T>();
-    } catch (const std::length_error&) { fail("its answer to " + call_name(call) + " is too short"); }
+    } catch (const std::length_error&) {
+      fail("its answer to " + call_name(call) + " is too short");
+    }
   }
 
   SubjectLimits limits_;
@@ -542,18 +548,19 @@ const palpate_subject_api& open_library(const std::filesystem::path& path) {
   if (library == nullptr) {
     throw InputError(file + ": cannot be loaded: " + io::shown(text_of(dlerror())));
   }
-  const auto function = reinterpret_cast<palpate_subject_api_function>(
-      dlsym(library, "palpate_subject_api_v1"));
+  const auto function =
+      reinterpret_cast<palpate_subject_api_function>(dlsym(library, "palpate_subject_api_v1"));
   if (function == nullptr) {
-    throw InputError(file + ": no function palpate_subject_api_v1; a subject exports it "
-                            "(palpate_subject.h)");
+    throw InputError(file +
+                     ": no function palpate_subject_api_v1; a subject exports it "
+                     "(palpate_subject.h)");
   }
   const palpate_subject_api* api = function();
   if (api == nullptr) { throw InputError(file + ": palpate_subject_api_v1 returned null"); }
   if (api->abi != PALPATE_SUBJECT_ABI || api->size < sizeof(palpate_subject_api)) {
-    throw InputError(file + ": version " + std::to_string(api->abi) + " of the interface, table of " +
-                     std::to_string(api->size) + " bytes; must be version " +
-                     std::to_string(PALPATE_SUBJECT_ABI) + " of " +
+    throw InputError(file + ": version " + std::to_string(api->abi) +
+                     " of the interface, table of " + std::to_string(api->size) +
+                     " bytes; must be version " + std::to_string(PALPATE_SUBJECT_ABI) + " of " +
                      std::to_string(sizeof(palpate_subject_api)) + " bytes");
   }
   if (api->load == nullptr || api->step == nullptr || api->destroy == nullptr) {
@@ -579,9 +586,9 @@ int serve_library(const palpate_subject_api& api, int input, int output) {
     try {
       status = answer_call(library, header.call, FrameReader(request), answer, state);
       refused = false;
-    } catch (const CannotDo&) {
-      status = PALPATE_UNSUPPORTED;
-    } catch (const std::exception&) { status = PALPATE_FAILED; }
+    } catch (const CannotDo&) { status = PALPATE_UNSUPPORTED; } catch (const std::exception&) {
+      status = PALPATE_FAILED;
+    }
     if (refused) {
       answer.clear();
       if (header.call == PALPATE_CALL_LOAD) { answer.add_text(library.load_error()); }
@@ -632,8 +639,8 @@ std::unique_ptr<Connection> connect_subject(const std::string& subject, bool in_
   const std::filesystem::path path = std::filesystem::absolute(file);
   if (in_process) { return std::make_unique<LibraryConnection>(open_library(path)); }
   return std::make_unique<PipeConnection>(
-      std::vector<std::string>{host_program().string(), path.string()},
-                                          "shared library", true, limits);
+      std::vector<std::string>{host_program().string(), path.string()}, "shared library", true,
+      limits);
 }
 
 }  // namespace palpate

@@ -74,8 +74,8 @@ class ForeignSubject final : public Subject {
       palpate_tool_output output = empty_output();
       const palpate_tool_input given = input_of(t, dt, input);
       double seconds = 0.0;
-      const bool diverged = connection_->step(t, dt, tool_ ? &given : nullptr,
-                                              tool_ ? &output : nullptr, seconds);
+      const bool diverged =
+          connection_->step(t, dt, tool_ ? &given : nullptr, tool_ ? &output : nullptr, seconds);
       seconds_ = seconds;
       ++ticks_;
       if (tool_) { take_output(given, output); }
@@ -101,9 +101,7 @@ class ForeignSubject final : public Subject {
   [[nodiscard]] long tick_count() const noexcept override {
     return std::lround(scene_.simulation.duration / scene_.simulation.step);
   }
-  [[nodiscard]] std::string method() const override {
-    return facts().name + " " + facts().version;
-  }
+  [[nodiscard]] std::string method() const override { return facts().name + " " + facts().version; }
   [[nodiscard]] int substeps() const noexcept override { return substeps_; }
   [[nodiscard]] double step_length() const noexcept override {
     return scene_.simulation.step / substeps_;
@@ -132,14 +130,17 @@ class ForeignSubject final : public Subject {
     }
     if (!tool_) { return; }
     const ToolForces& f = report_.forces;
-    for (const double value : {report_.depth, f.total, f.cutting, f.friction, f.stiffness, f.applied}) {
+    for (const double value :
+         {report_.depth, f.total, f.cutting, f.friction, f.stiffness, f.applied}) {
       row[column++] = value;
     }
     if (scene_.syringe) {
       row[column++] = pressure_;
       row[column++] = pressure_ * scene_.syringe->plunger_area;
     }
-    for (const double value : {report_.place, in_tissue_ ? report_.cut : 0.0, f.lateral}) { row[column++] = value; }
+    for (const double value : {report_.place, in_tissue_ ? report_.cut : 0.0, f.lateral}) {
+      row[column++] = value;
+    }
     if (scene_.probe && scene_.probe->path) {
       const Eigen::Vector2d centre = scene_.probe->centre(time());
       row[column++] = centre.x();
@@ -329,7 +330,7 @@ class ForeignSubject final : public Subject {
     ToolForces& f = report_.forces;
     f = {.cutting = output.cutting, .friction = output.friction, .stiffness = output.stiffness};
     f.total = std::isfinite(parts) ? parts : along;
-    f.applied = std::isfinite(output.applied)            ? output.applied
+    f.applied = std::isfinite(output.applied)        ? output.applied
                 : input.flags == PALPATE_TOOL_PUSHED ? input.applied_force
                                                      : f.total;
     f.sideways = force + along * n;
@@ -391,12 +392,15 @@ struct UnitSuffix {
   std::string_view si;
   double factor;
 };
-constexpr std::array unit_suffixes{
-    UnitSuffix{"_s", "_s", 1.0},      UnitSuffix{"_ms", "_s", 1e-3},
-    UnitSuffix{"_m", "_m", 1.0},      UnitSuffix{"_mm", "_m", 1e-3},
-    UnitSuffix{"_n", "_n", 1.0},      UnitSuffix{"_mn", "_n", 1e-3},
-    UnitSuffix{"_pa", "_pa", 1.0},    UnitSuffix{"_kpa", "_pa", 1e3},
-    UnitSuffix{"_mmhg", "_pa", 133.322387415}};
+constexpr std::array unit_suffixes{UnitSuffix{"_s", "_s", 1.0},
+                                   UnitSuffix{"_ms", "_s", 1e-3},
+                                   UnitSuffix{"_m", "_m", 1.0},
+                                   UnitSuffix{"_mm", "_m", 1e-3},
+                                   UnitSuffix{"_n", "_n", 1.0},
+                                   UnitSuffix{"_mn", "_n", 1e-3},
+                                   UnitSuffix{"_pa", "_pa", 1.0},
+                                   UnitSuffix{"_kpa", "_pa", 1e3},
+                                   UnitSuffix{"_mmhg", "_pa", 133.322387415}};
 
 /// Replays the columns of a CSV file as records and tool of a scene.
 class TraceSubject final : public Subject {
@@ -420,9 +424,8 @@ class TraceSubject final : public Subject {
   [[nodiscard]] SubjectFacts facts() const override {
     return {.name = file_.filename().string(),
             .carrier = "trace",
-            .capabilities = every_capability &
-                            ~(PALPATE_CAN_STATE | PALPATE_CAN_SET_STATE | PALPATE_CAN_ENERGY |
-                              PALPATE_CAN_REPEAT)};
+            .capabilities = every_capability & ~(PALPATE_CAN_STATE | PALPATE_CAN_SET_STATE |
+                                                 PALPATE_CAN_ENERGY | PALPATE_CAN_REPEAT)};
   }
   void load(const Scene& scene, const SpringNetwork& network, bool /*skip*/) override {
     (void)needs_of(scene, network);
@@ -438,8 +441,7 @@ class TraceSubject final : public Subject {
     }
     if (std::ranges::all_of(source_, [](const Column* one) { return one == nullptr; })) {
       throw CannotDo("the trace has no column of this scene" +
-                     (columns_.empty() ? std::string()
-                                       : ", such as " + columns_.back().name) +
+                     (columns_.empty() ? std::string() : ", such as " + columns_.back().name) +
                      "; --column NAME=ROLE assigns one");
     }
     const double slack = 1e-6 * scene.simulation.step;
@@ -516,7 +518,8 @@ class TraceSubject final : public Subject {
       double factor = 1.0;
       for (const UnitSuffix& unit : unit_suffixes) {
         std::string lower = name;
-        std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+        std::ranges::transform(lower, lower.begin(),
+                               [](unsigned char c) { return std::tolower(c); });
         if (lower.size() <= unit.written.size() || !lower.ends_with(unit.written)) { continue; }
         name = name.substr(0, name.size() - unit.written.size()) + std::string(unit.si);
         factor = unit.factor;

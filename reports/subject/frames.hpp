@@ -58,8 +58,7 @@ class FrameReader {
   explicit FrameReader(const std::vector<char>& bytes) : bytes_(bytes) {}
 
   template <class T>
-  requires std::is_trivially_copyable_v<T>
-  T take() {
+  requires std::is_trivially_copyable_v<T> T take() {
     T value;
     std::memcpy(&value, next(sizeof(T)), sizeof(T));
     return value;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// palpate-subject-host PATH.so: a shared library behind the pipe, in a process of its own. Standard
-/// output of the library goes to standard error, so that it cannot damage the frames.
+/// palpate-subject-host PATH.so: a shared library behind the pipe, in a process of its own.
+/// Standard output of the library goes to standard error, so that it cannot damage the frames.
 
 #include <cstdio>
 #include <exception>

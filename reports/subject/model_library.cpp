@@ -28,8 +28,7 @@ struct palpate_subject {
     simulation.emplace(scene, network);
     const std::vector<palpate::Column>& columns = simulation->columns();
     row.resize(columns.size());
-    const auto found =
-        std::ranges::find(columns, "syringe.pressure_pa", &palpate::Column::name);
+    const auto found = std::ranges::find(columns, "syringe.pressure_pa", &palpate::Column::name);
     pressure = static_cast<std::size_t>(found - columns.begin());
   }
 };

@@ -3,6 +3,8 @@
 /// conservation, static and continuum solutions, and audits against caches and wrong units
 /// (docs/subjects.md, "How a subject is judged"). Palpate's model is one of the subjects.
 
+#include "validation/subject/subject.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -13,7 +15,6 @@
 #include "validation/claims/groups.hpp"
 #include "validation/claims/network_fixture.hpp"
 #include "validation/claims/tool_fixture.hpp"
-#include "validation/subject/subject.hpp"
 
 namespace palpate::subjects {
 
@@ -92,9 +93,9 @@ double largest_error(const std::vector<double>& values, const std::vector<double
 
 struct Run {
   std::vector<double> tip{};
-  double error = 0.0;          ///< along the trajectory [1]
-  double last = 0.0;           ///< at the end, relative, signed [1]
-  double step_seconds = 0.0;   ///< mean time of a step [s]
+  double error = 0.0;         ///< along the trajectory [1]
+  double last = 0.0;          ///< at the end, relative, signed [1]
+  double step_seconds = 0.0;  ///< mean time of a step [s]
 };
 
 void measure_s26(const CaseContext& context, Outcome& outcome) {
@@ -369,8 +370,8 @@ void measure_stability(const CaseContext& context, Outcome& outcome) {
     if (trace.diverged || !(reach.value() < 1.0)) { break; }
     stable = step;
   }
-  outcome.judge_at_least("largest_stable_step", stable, 1e-3,
-                         "the step of a haptic loop at 1 kHz", "s");
+  outcome.judge_at_least("largest_stable_step", stable, 1e-3, "the step of a haptic loop at 1 kHz",
+                         "s");
   const Trace again = roll_out(context, s26_scene(5, 1e-3, 0.02), {});
   outcome.judge_true("runs_again_after_divergence",
                      !again.diverged && std::isfinite(again.values("tip.z_m").back()),
@@ -389,8 +390,8 @@ void measure_renumbered(const CaseContext& context, Outcome& outcome) {
   scene.records[0].where = node_of[static_cast<std::size_t>(pulled_node(5))];
   const Trace second = roll_out(context, scene, &network, {});
   outcome.judge_at_most(
-      "difference_of_order",
-      largest_error(second.values("tip.z_m"), first.values("tip.z_m")), 10.0 * single_precision,
+      "difference_of_order", largest_error(second.values("tip.z_m"), first.values("tip.z_m")),
+      10.0 * single_precision,
       "the order of nodes and springs changes rounding, and for solvers that visit constraints in "
       "order their iterations: a hundredth");
 }
@@ -410,7 +411,9 @@ void measure_sensitivity(const CaseContext& context, Outcome& outcome) {
         scene.simulation.substeps = 16;
       }
       SpringNetwork network = build_network(scene);
-      if (with.mutation != nullptr && with.mutation->model) { with.mutation->model(scene, network); }
+      if (with.mutation != nullptr && with.mutation->model) {
+        with.mutation->model(scene, network);
+      }
       Trace trace;
       if (subject != nullptr) {
         subject->load(scene, network, with.skip);
@@ -450,11 +453,10 @@ void measure_repeat(const CaseContext& context, Outcome& outcome) {
     if (context.mutation != nullptr && context.mutation->trace) { context.mutation->trace(run); }
   }
   const bool exact = (facts.capabilities & PALPATE_CAN_REPEAT) != 0;
-  outcome.judge_at_most(
-      "difference_after_reset",
-      largest_error(runs[1].values("tip.z_m"), runs[0].values("tip.z_m")),
-      exact ? 0.0 : single_precision,
-      exact ? "the subject declares that reset gives the same bits" : why_single);
+  outcome.judge_at_most("difference_after_reset",
+                        largest_error(runs[1].values("tip.z_m"), runs[0].values("tip.z_m")),
+                        exact ? 0.0 : single_precision,
+                        exact ? "the subject declares that reset gives the same bits" : why_single);
   const double ratio = runs[1].seconds / runs[0].seconds;
   outcome.timings.push_back({.name = "second run over first", .value = ratio, .unit = "1"});
   if (context.subject && facts.carrier != "trace") {
@@ -491,10 +493,10 @@ Scene gel_scene(double spacing, double half_width, double thickness) {
   Scene scene;
   scene.tissue.source = Source::lattice;
   scene.tissue.fixed = {Face::z_max};
-  scene.tissue.lattice = {.nodes = {2 * cells(half_width) + 1, 2 * cells(half_width) + 1,
-                                    cells(thickness) + 1},
-                          .spacing = spacing,
-                          .material = "gel"};
+  scene.tissue.lattice = {
+      .nodes = {2 * cells(half_width) + 1, 2 * cells(half_width) + 1, cells(thickness) + 1},
+      .spacing = spacing,
+      .material = "gel"};
   scene.materials = {tools::tissue_of("gel", 1e4, 50.0, 10.0)};
   scene.materials[0].damping_ratio = 0.0;
   scene.materials[0].retardation_time = 2e-3;
@@ -519,7 +521,8 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   const double expected = 1e4 * 2.1e-3 / (1.0 - 0.25 * 0.25) * depth;
   const Trace pressed = roll_out(context, scene, {});
   outcome.judge_near("force_before_puncture_over_continuum", last_force(pressed) / expected, 1.0,
-                     0.15, "rigid punch on a half space, 2 E a d / (1 - nu^2); the block is finite");
+                     0.15,
+                     "rigid punch on a half space, 2 E a d / (1 - nu^2); the block is finite");
 
   // Cut at a constant force, with friction along the shaft in the tissue.
   scene.materials[0].cutting_force = 0.05;
@@ -572,8 +575,9 @@ std::vector<Case> cases() {
           measure_s26, 3.0),
       any("first-step", "accuracy", "A load acts in the first step, on the mass of its node.",
           measure_first_step, 0.1),
-      any("static", "accuracy", "A damped block under a constant load rests at its static solution.",
-          measure_static, 0.5),
+      any("static", "accuracy",
+          "A damped block under a constant load rests at its static solution.", measure_static,
+          0.5),
       any("chain", "accuracy", "A fixed-free chain oscillates in its first mode as in closed form.",
           measure_chain, 0.1),
       any("momentum", "accuracy", "Springs and dampers between free masses keep their momentum.",
@@ -590,12 +594,13 @@ std::vector<Case> cases() {
           measure_renumbered, 0.2),
       any("audit/stiffness", "accuracy", "A stiffness that is changed by 0.1 % changes the motion.",
           measure_sensitivity, 0.3),
-      any("audit/repeat", "stability", "The same scene again gives the same answer, computed again.",
-          measure_repeat, 0.2),
+      any("audit/repeat", "stability",
+          "The same scene again gives the same answer, computed again.", measure_repeat, 0.2),
       any("audit/memory", "stability", "Loading and stepping again and again takes no more memory.",
           measure_memory, 0.3),
       any("needle", "haptics",
-          "A needle on gel feels a rigid punch before it cuts, then its cutting force and friction.",
+          "A needle on gel feels a rigid punch before it cuts, then its cutting force and "
+          "friction.",
           measure_needle, 3.0),
       any("probe", "haptics", "A rigid disc on gel feels the force of the continuum.",
           measure_probe, 3.0)};

@@ -12,8 +12,8 @@ namespace {
 
 /// In the order of the bits.
 constexpr std::array<std::string_view, 15> capability_names{
-    "springs",   "spring-damping", "fixed-nodes", "initial-state", "loads",
-    "gravity",   "state",          "set-state",   "energy",        "tool-needle",
+    "springs",    "spring-damping", "fixed-nodes",        "initial-state", "loads",
+    "gravity",    "state",          "set-state",          "energy",        "tool-needle",
     "tool-probe", "syringe",        "own-discretisation", "material-laws", "repeat"};
 
 }  // namespace
