@@ -27,6 +27,7 @@
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
+#include "reports/results/subject_matrix.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/history.hpp"
 #include "reports/timing/paired_runs.hpp"
@@ -614,15 +615,23 @@ int run_bench(const BenchOptions& options) {
 }
 
 struct ReportOptions : CommonOptions {
-  std::filesystem::path results{};
+  std::vector<std::filesystem::path> results{};
 };
 
 int run_report(const ReportOptions& options) {
-  const Results results = read_results_folder(options.results);
-  const std::string page = to_html(results);
+  std::vector<Results> all;
+  for (const std::filesystem::path& folder : options.results) {
+    all.push_back(read_results_folder(folder));
+  }
+  const bool compares = all.size() > 1;
+  const Results results = compares ? subject_matrix(all) : all.front();
   const std::filesystem::path folder =
-      options.out.empty() ? options.results : options.make_folder();
-  io::replace_file(folder / "report.html", page);
+      options.out.empty() && !compares ? options.results.front() : options.make_folder();
+  if (compares) {
+    write_results_folder(folder, results);
+  } else {
+    io::replace_file(folder / "report.html", to_html(results));
+  }
   if (!options.quiet) { std::printf("%s\n", (folder / "report.html").string().c_str()); }
   return done;
 }
@@ -675,9 +684,12 @@ void add_bench(Program& program) {
 }
 
 void add_report(Program& program) {
-  const auto [command, options] =
-      add_command(program, "report", "render report.html again from a results folder", run_report);
-  add_value(command, "results", options.results, "RESULTS", "folder with results.json and traces/")
+  const auto [command, options] = add_command(
+      program, "report",
+      "render report.html again from a results folder, or compare several simulators", run_report);
+  add_value(command, "results", options.results, "RESULTS",
+            "folder with results.json and traces/; several folders: results of simulators on the "
+            "same cases, compared on one page")
       ->required();
 }
 

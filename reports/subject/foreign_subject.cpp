@@ -213,9 +213,20 @@ class ForeignSubject final : public Subject {
                      std::to_string(wanted) + " substeps");
     }
     if (wanted <= 1) { return; }
-    connection_->set_parameter("substeps", wanted);
-    connection_->reset(1);
+    as_declared("the parameter substeps", [&] {
+      connection_->set_parameter("substeps", wanted);
+      connection_->reset(1);
+    });
     substeps_ = wanted;
+  }
+  /// Makes a call that the subject declares to support.
+  template <class Call> static void as_declared(const char* what, Call call) {
+    try {
+      call();
+    } catch (const CannotDo& problem) {
+      throw SubjectFailure(std::string("the subject declares ") + what +
+                           ", but: " + problem.what());
+    }
   }
   void begin() {
     ticks_ = 0;
@@ -240,7 +251,8 @@ class ForeignSubject final : public Subject {
   void fetch() {
     if (!has_state_) { return; }
     const auto nodes = static_cast<std::size_t>(problem_->network().node_count());
-    connection_->get_state(state_.data(), state_.data() + 3 * nodes, nodes);
+    as_declared("state",
+                [&] { connection_->get_state(state_.data(), state_.data() + 3 * nodes, nodes); });
   }
   [[nodiscard]] Eigen::Vector3d position(int node) const { return state_.col(node); }
   [[nodiscard]] Eigen::Vector3d velocity(int node) const {
@@ -575,9 +587,13 @@ std::unique_ptr<Subject> make_subject(const SubjectChoice& choice,
       .load_seconds = 6.0 * choice.time_limit,
       .call_seconds = choice.time_limit,
       .memory_bytes = static_cast<std::size_t>(choice.memory_limit * 1048576.0)};
-  return std::make_unique<ForeignSubject>(
-      connect_subject(choice.subject, choice.in_process, limits), choice.options_json,
-      std::move(file));
+  try {
+    return std::make_unique<ForeignSubject>(
+        connect_subject(choice.subject, choice.in_process, limits), choice.options_json,
+        std::move(file));
+  } catch (const SubjectFailure& problem) {
+    throw InputError("--subject " + io::shown(choice.subject) + ": " + problem.what());
+  }
 }
 
 }  // namespace palpate

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT */
+/* The skeleton of a subject with one fault, chosen by a word in its options. */
+#define palpate_subject_api_v1 sound_api
+#include "fixtures/subjects/skeletons/subject.c"
+#undef palpate_subject_api_v1
+
+#include <signal.h>
+#include <unistd.h>
+
+static char fault[64];
+static double* before; /* position and velocity of the step before */
+static palpate_subject_api table;
+
+static int is(const char* name) { return strcmp(fault, name) == 0; }
+
+static int load_with_fault(const char* folder, const char* options, palpate_subject** subject,
+                           char* error, size_t size) {
+  static double kept_stiffness = -1.0;
+  fault[0] = '\0';
+  sscanf(options, "{\"fault\": \"%63[a-z-]", fault);
+  const int status = load(folder, options, subject, error, size);
+  if (status != PALPATE_OK) { return status; }
+  palpate_subject* s = *subject;
+  if (is("null-subject")) { *subject = NULL; }
+  if (is("stiffness") && s->springs > 0) {
+    for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = 50.0; }
+  }
+  if (is("cache") && s->springs > 0) {
+    if (kept_stiffness < 0.0) { kept_stiffness = s->stiffness[0]; }
+    for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = kept_stiffness; }
+  }
+  free(before);
+  before = room(6 * s->nodes, sizeof(double));
+  memcpy(before, s->x, 3 * s->nodes * sizeof(double));
+  memcpy(before + 3 * s->nodes, s->v, 3 * s->nodes * sizeof(double));
+  return status;
+}
+
+static int step_with_fault(palpate_subject* s, double time, double dt, const palpate_tool_input* in,
+                           palpate_tool_output* out) {
+  memcpy(before, s->x, 3 * s->nodes * sizeof(double));
+  memcpy(before + 3 * s->nodes, s->v, 3 * s->nodes * sizeof(double));
+  if (is("crash") && time > 0.002) { raise(SIGSEGV); }
+  if (is("exit") && time > 0.002) { exit(7); }
+  if (is("hang") && time > 0.002) { sleep(3600); }
+  if (is("memory")) { memset(malloc(64 << 20), 1, 64 << 20); }
+  if (is("leak")) { memset(malloc(8192), 1, 8192); }
+  if (is("print")) { printf("step at %g s\n", time); fflush(stdout); }
+  if (is("status")) { return 77; }
+  const int status = step(s, time, dt, in, out);
+  if (is("nan") && time > 0.002) { s->x[3 * (s->nodes - 1) + 2] = NAN; }
+  return status;
+}
+
+static int state_with_fault(palpate_subject* s, double* position, double* velocity, size_t nodes) {
+  const int status = get_state(s, position, velocity, nodes);
+  if (is("late")) {
+    memcpy(position, before, 3 * nodes * sizeof(double));
+    memcpy(velocity, before + 3 * nodes, 3 * nodes * sizeof(double));
+  }
+  for (size_t n = 0; is("millimetres") && n < 3 * nodes; ++n) {
+    position[n] *= 1000.0;
+    velocity[n] *= 1000.0;
+  }
+  return is("claims") ? PALPATE_UNSUPPORTED : status;
+}
+
+static int reset_with_fault(palpate_subject* s, uint64_t seed) {
+  const int status = reset(s, seed);
+  if (is("reset")) { s->v[3 * (s->nodes - 1)] = 1e-3; }
+  return status;
+}
+
+PALPATE_SUBJECT_EXPORT const palpate_subject_api* palpate_subject_api_v1(void) {
+  table = *sound_api();
+  table.load = load_with_fault;
+  table.step = step_with_fault;
+  table.get_state = state_with_fault;
+  table.reset = reset_with_fault;
+  return &table;
+}

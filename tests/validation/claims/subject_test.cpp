@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+
+#include "tests/validation/planted_faults.hpp"
+
+namespace {
+
+using namespace palpate;
+
+/// Multiplies displacements by a factor, as a wrong unit or a stiffness counted twice does.
+Mutation scaled(double factor) {
+  return {.name = "displacements times " + std::to_string(factor),
+          .trace = [factor](Trace& motion) {
+            for (const char* name : {"tip.z_m", "end.z_m"}) {
+              if (motion.find(name) == nullptr) { continue; }
+              std::vector<double>& z = motion.values(name);
+              const double start = z.front();
+              for (double& one : z) { one = start + factor * (one - start); }
+            }
+          }};
+}
+
+Mutation late_tip() {
+  return {.name = "tip one row late", .trace = [](Trace& motion) {
+            for (const char* name : {"tip.z_m", "end.z_m"}) {
+              if (motion.find(name) == nullptr) { continue; }
+              std::vector<double>& z = motion.values(name);
+              std::copy_backward(z.begin(), z.end() - 1, z.end());
+            }
+          }};
+}
+
+Mutation odd_runs() {
+  return {.name = "another last bit in every second run", .trace = [](Trace& motion) {
+            static bool odd = false;
+            odd = !odd;
+            if (!odd || motion.find("tip.z_m") == nullptr) { return; }
+            for (double& z : motion.values("tip.z_m")) { z *= 1.0 + 1e-15; }
+          }};
+}
+
+Mutation drifting() {
+  return {.name = "a velocity that grows", .trace = [](Trace& motion) {
+            if (motion.velocity.size() > 0) { motion.velocity.rightCols(1).array() += 1e-3; }
+            if (motion.position.size() > 0) { motion.position.rightCols(1).array() += 1e-3; }
+            if (motion.find("energy_j") != nullptr) { motion.values("energy_j").back() *= 1.5; }
+            if (motion.find("tip.z_m") != nullptr) { motion.values("tip.z_m").back() += 1e-3; }
+          }};
+}
+
+Mutation weaker_force() {
+  return {.name = "four fifths of the force on the tool", .trace = [](Trace& motion) {
+            if (motion.find("tool.force_n") == nullptr) { return; }
+            for (double& force : motion.values("tool.force_n")) { force *= 0.8; }
+          }};
+}
+
+TEST("every fault planted in a subject fails the cases that measure its effect") {
+  static bool second = false;
+  Mutation one_turned = drifting();
+  one_turned.trace = [](Trace& motion) {
+    second = !second;
+    if (second && motion.position.size() > 0) { motion.position.rightCols(1).array() += 1e-3; }
+  };
+  check_red("subject/", {{scaled(1.2), {"s26", "static", "chain"}},
+                         {stiffer(), {"static"}},
+                         {scaled(0.0), {"audit/stiffness"}},
+                         {late_frames(), {"first-step"}},
+                         {late_tip(), {"s26"}},
+                         {drifting(), {"momentum", "energy", "rest"}},
+                         {one_turned, {"invariance"}},
+                         {odd_runs(), {"audit/repeat"}},
+                         {weaker_force(), {"needle", "probe"}}});
+}
+
+}  // namespace
