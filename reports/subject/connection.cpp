@@ -80,13 +80,16 @@ class LibraryConnection final : public Connection {
         api_.load(folder.c_str(), options.c_str(), &subject_, error.data(), error.size());
     error.back() = '\0';
     load_error_ = error.data();
+    last_status_ = status;
     check(status, PALPATE_CALL_LOAD, load_error_);
     if (subject_ == nullptr) {
-      throw SubjectFailure("the subject answered load with a null pointer");
+      last_status_ = PALPATE_FAILED;
+      load_error_ = "it returned a null pointer";
+      check(PALPATE_FAILED, PALPATE_CALL_LOAD, load_error_);
     }
   }
   void reset(std::uint64_t seed) override {
-    check(api_.reset != nullptr ? api_.reset(subject_, seed) : PALPATE_UNSUPPORTED,
+    check(last_status_ = api_.reset != nullptr ? api_.reset(subject_, seed) : PALPATE_UNSUPPORTED,
           PALPATE_CALL_RESET, {});
   }
   bool step(double time, double dt, const palpate_tool_input* input, palpate_tool_output* output,
@@ -94,29 +97,36 @@ class LibraryConnection final : public Connection {
     const auto begin = Clock::now();
     const int status = api_.step(subject_, time, dt, input, output);
     seconds = seconds_since(begin);
+    last_status_ = status;
     check(status, PALPATE_CALL_STEP, {});
     return status == PALPATE_DIVERGED;
   }
   void get_state(double* position, double* velocity, std::size_t nodes) override {
-    check(api_.get_state != nullptr ? api_.get_state(subject_, position, velocity, nodes)
-                                    : PALPATE_UNSUPPORTED,
+    check(last_status_ = api_.get_state != nullptr
+                             ? api_.get_state(subject_, position, velocity, nodes)
+                             : PALPATE_UNSUPPORTED,
           PALPATE_CALL_GET_STATE, {});
   }
   void set_state(const double* position, const double* velocity, std::size_t nodes) override {
-    check(api_.set_state != nullptr ? api_.set_state(subject_, position, velocity, nodes)
-                                    : PALPATE_UNSUPPORTED,
+    check(last_status_ = api_.set_state != nullptr
+                             ? api_.set_state(subject_, position, velocity, nodes)
+                             : PALPATE_UNSUPPORTED,
           PALPATE_CALL_SET_STATE, {});
   }
   void set_parameter(const std::string& name, double value) override {
-    check(api_.set_parameter != nullptr ? api_.set_parameter(subject_, name.c_str(), value)
-                                        : PALPATE_UNSUPPORTED,
+    check(last_status_ = api_.set_parameter != nullptr
+                             ? api_.set_parameter(subject_, name.c_str(), value)
+                             : PALPATE_UNSUPPORTED,
           PALPATE_CALL_SET_PARAMETER, {});
   }
   void energy(double joule[3]) override {
-    check(api_.energy != nullptr ? api_.energy(subject_, joule) : PALPATE_UNSUPPORTED,
-          PALPATE_CALL_ENERGY, {});
+    check(
+        last_status_ = api_.energy != nullptr ? api_.energy(subject_, joule) : PALPATE_UNSUPPORTED,
+        PALPATE_CALL_ENERGY, {});
   }
   void close() override { destroy(); }
+  /// Returns the status that the library gave to the last call.
+  [[nodiscard]] int last_status() const { return last_status_; }
   /// Returns what the library said about the last load.
   [[nodiscard]] const std::string& load_error() const { return load_error_; }
 
@@ -129,6 +139,7 @@ class LibraryConnection final : public Connection {
   const palpate_subject_api& api_;
   palpate_subject* subject_ = nullptr;
   std::string load_error_{};
+  int last_status_ = PALPATE_OK;
 };
 
 /// Name of a signal: "SIGSEGV".
@@ -586,9 +597,9 @@ int serve_library(const palpate_subject_api& api, int input, int output) {
     try {
       status = answer_call(library, header.call, FrameReader(request), answer, state);
       refused = false;
-    } catch (const CannotDo&) { status = PALPATE_UNSUPPORTED; } catch (const std::exception&) {
-      status = PALPATE_FAILED;
-    }
+    } catch (const CannotDo&) { status = library.last_status(); } catch (const SubjectFailure&) {
+      status = library.last_status();
+    } catch (const std::exception&) { status = PALPATE_FAILED; }
     if (refused) {
       answer.clear();
       if (header.call == PALPATE_CALL_LOAD) { answer.add_text(library.load_error()); }

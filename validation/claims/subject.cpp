@@ -39,6 +39,21 @@ void require(const CaseContext& context, Capabilities needed) {
   }
 }
 
+/// A run that diverges fails the case: its trace ends before the bad state.
+void must_end(const Trace& trace, Outcome& outcome) {
+  if (!trace.diverged) { return; }
+  outcome.judge_true("every_run_ends", false,
+                     "the subject diverged, or answered a number that is not finite");
+}
+
+/// Runs the subject to the end of the scene.
+template <class... Arguments>
+Trace run_whole(Outcome& outcome, const CaseContext& context, Arguments&&... arguments) {
+  Trace trace = roll_out(context, std::forward<Arguments>(arguments)...);
+  must_end(trace, outcome);
+  return trace;
+}
+
 Scene block_scene(int nodes, double step, double duration) {
   Scene scene = scene_of(simplest_scheme, step, duration);
   scene.title = "block of " + std::to_string(nodes) + " nodes a side";
@@ -75,7 +90,8 @@ std::vector<double> values_at(const Trace& trace, std::string_view column, doubl
   for (std::size_t n = 0; n < count; ++n) {
     const double t = static_cast<double>(n) * interval;
     while (row + 1 < trace.rows() && trace.time[row] < t - 1e-9) { ++row; }
-    values.push_back(row < trace.rows() ? trace.values(column)[row] : std::nan(""));
+    const bool reached = row < trace.rows() && trace.time[row] > t - 1e-9;
+    values.push_back(reached ? trace.values(column)[row] : std::nan(""));
   }
   return values;
 }
@@ -119,7 +135,7 @@ void measure_s26(const CaseContext& context, Outcome& outcome) {
   const std::vector<double> steps =
       replayed ? std::vector{1e-3} : std::vector{1e-3, 0.5e-3, 0.25e-3};
   const auto run_at = [&](const CaseContext& with, double step) {
-    const Trace trace = roll_out(with, s26_scene(nodes, step, duration), {});
+    const Trace trace = run_whole(outcome, with, s26_scene(nodes, step, duration), SampleOptions{});
     Run run{.tip = values_at(trace, "tip.z_m", interval, samples)};
     run.error = largest_error(run.tip, exact);
     run.last = (run.tip.back() - exact.back()) / (exact.back() - exact.front());
@@ -195,7 +211,8 @@ void measure_first_step(const CaseContext& context, Outcome& outcome) {
   const double mass = network.mass(node);
   const double free = 0.1 * h / mass;
   const double held = 0.1 * h / (mass + h * damping.coeff(z, z) + h * h * stiffness.coeff(z, z));
-  const Trace trace = roll_out(context, scene, {.position = true, .velocity = true});
+  const Trace trace =
+      run_whole(outcome, context, scene, SampleOptions{.position = true, .velocity = true});
   outcome.judge_between("velocity_after_one_step", trace.velocity(z, trace.velocity.cols() - 1),
                         0.9 * held, 1.1 * free,
                         "theory: F h / m of a free node, and of one that its springs and dampers "
@@ -214,7 +231,7 @@ void measure_static(const CaseContext& context, Outcome& outcome) {
   const reference::Equilibrium rest = reference::static_equilibrium(problem);
   const Eigen::Index z = problem.coordinate(pulled_node(5)) + 2;
   const double expected = rest.position(z) - problem.initial_position()(z);
-  const Trace trace = roll_out(context, scene, {.every = 100});
+  const Trace trace = run_whole(outcome, context, scene, SampleOptions{.every = 100});
   const std::vector<double>& tip = trace.values("tip.z_m");
   outcome.judge_near("deflection_over_static_solution", (tip.back() - tip.front()) / expected, 1.0,
                      5e-3,
@@ -247,7 +264,7 @@ void measure_chain(const CaseContext& context, Outcome& outcome) {
   const double h = period / static_cast<double>(steps);
   Scene scene = scene_of(simplest_scheme, h, period);
   scene.records = {{.name = "end", .where = masses}};
-  const Trace trace = roll_out(context, scene, &network, {});
+  const Trace trace = run_whole(outcome, context, scene, &network, SampleOptions{});
   Largest error;
   const double peak = network.initial_displacement(2, masses);
   Figure& figure = outcome.plot("mode", "First mode of a chain",
@@ -285,7 +302,8 @@ void measure_momentum(const CaseContext& context, Outcome& outcome) {
   require(context, PALPATE_CAN_STATE);
   const SpringNetwork network = free_block(0.02, 0.05);
   const Scene scene = scene_of(simplest_scheme, 2e-4, 0.1);
-  const Trace trace = roll_out(context, scene, &network, {.every = 50, .velocity = true});
+  const Trace trace =
+      run_whole(outcome, context, scene, &network, SampleOptions{.every = 50, .velocity = true});
   const auto momentum = [&](Eigen::Index row) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (Eigen::Index n = 0; n < network.node_count(); ++n) {
@@ -312,7 +330,8 @@ void measure_energy(const CaseContext& context, Outcome& outcome) {
   const double omega = networks::highest_frequency(networks::problem_of(scene, network));
   scene.simulation.step = 0.2 / omega;
   scene.simulation.duration = 1000.0 * scene.simulation.step;
-  const Trace trace = roll_out(context, scene, &network, {.every = 10, .energy = true});
+  const Trace trace =
+      run_whole(outcome, context, scene, &network, SampleOptions{.every = 10, .energy = true});
   const std::vector<double>& energy = trace.values("energy_j");
   Largest largest;
   for (const double one : energy) { largest.add(one / energy.front()); }
@@ -327,13 +346,13 @@ void measure_invariance(const CaseContext& context, Outcome& outcome) {
   SpringNetwork network = free_block(0.02, 0.05);
   const Scene scene = scene_of(simplest_scheme, 2e-4, 0.04);
   const SampleOptions samples{.every = 20, .position = true};
-  const Trace first = roll_out(context, scene, &network, samples);
+  const Trace first = run_whole(outcome, context, scene, &network, samples);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
   const Eigen::Vector3d shift(0.03, -0.02, 0.05);
   network.rest_position = (turn * network.rest_position).colwise() + shift;
   network.initial_velocity = turn * network.initial_velocity;
-  const Trace second = roll_out(context, scene, &network, samples);
+  const Trace second = run_whole(outcome, context, scene, &network, samples);
   Largest difference;
   Largest travel;
   for (Eigen::Index row = 0; row < first.position.cols(); ++row) {
@@ -350,7 +369,7 @@ void measure_invariance(const CaseContext& context, Outcome& outcome) {
 void measure_rest(const CaseContext& context, Outcome& outcome) {
   Scene scene = block_scene(5, 1e-3, context.quick ? 0.5 : 2.0);
   scene.records = {{.name = "tip", .where = pulled_node(5)}};
-  const Trace trace = roll_out(context, scene, {.every = 10});
+  const Trace trace = run_whole(outcome, context, scene, SampleOptions{.every = 10});
   Largest motion;
   for (const char* axis : {"tip.x_m", "tip.y_m", "tip.z_m"}) {
     for (const double place : trace.values(axis)) {
@@ -392,10 +411,10 @@ void measure_renumbered(const CaseContext& context, Outcome& outcome) {
   SpringNetwork network = build_network(scene);
   scene.tissue.source = Source::network;
   scene.tissue.fixed = std::vector<Face>{};
-  const Trace first = roll_out(context, scene, &network, {});
+  const Trace first = run_whole(outcome, context, scene, &network, SampleOptions{});
   const std::vector<int> node_of = renumber(network, scene, 11);
   scene.records[0].where = node_of[static_cast<std::size_t>(pulled_node(5))];
-  const Trace second = roll_out(context, scene, &network, {});
+  const Trace second = run_whole(outcome, context, scene, &network, SampleOptions{});
   outcome.judge_at_most(
       "difference_of_order", largest_error(second.values("tip.z_m"), first.values("tip.z_m")),
       10.0 * single_precision,
@@ -425,6 +444,7 @@ void measure_sensitivity(const CaseContext& context, Outcome& outcome) {
       if (subject != nullptr) {
         subject->load(scene, network, with.skip);
         trace = roll_out(*subject, scene);
+        must_end(trace, outcome);
         if (with.mutation != nullptr && with.mutation->trace) { with.mutation->trace(trace); }
       } else {
         trace = roll_out(with, scene, &network, {});
@@ -457,6 +477,7 @@ void measure_repeat(const CaseContext& context, Outcome& outcome) {
   for (Trace& run : runs) {
     if (&run == &runs[0] || !subject->reset()) { subject->load(scene, network, context.skip); }
     run = roll_out(*subject, scene);
+    must_end(run, outcome);
     if (context.mutation != nullptr && context.mutation->trace) { context.mutation->trace(run); }
   }
   const bool exact = (facts.capabilities & PALPATE_CAN_REPEAT) != 0;
@@ -526,7 +547,7 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   constexpr double depth = 0.5e-3;
   scene.drive = Drive{.speed = 0.005, .depth = depth, .hold = 10.0};
   const double expected = 1e4 * 2.1e-3 / (1.0 - 0.25 * 0.25) * depth;
-  const Trace pressed = roll_out(context, scene, {});
+  const Trace pressed = run_whole(outcome, context, scene, SampleOptions{});
   outcome.judge_near("force_before_puncture_over_continuum", last_force(pressed) / expected, 1.0,
                      0.15,
                      "rigid punch on a half space, 2 E a d / (1 - nu^2); the block is finite");
@@ -535,7 +556,7 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   scene.materials[0].cutting_force = 0.05;
   scene.drive = Drive{.speed = 0.02, .depth = 0.015, .hold = 10.0};
   scene.simulation.duration = 0.75;
-  const Trace cut = roll_out(context, scene, {});
+  const Trace cut = run_whole(outcome, context, scene, SampleOptions{});
   Largest error;
   const auto& force = cut.values("tool.force_n");
   const auto& depths = cut.values("tool.depth_m");
@@ -556,7 +577,7 @@ void measure_probe(const CaseContext& context, Outcome& outcome) {
   const double expected = 1e4 * 0.01 / (1.0 - 0.25 * 0.25) * depth;
   // A layer of nine radii on a rigid base is stiffer than a half space: Hayes' kappa is about 1.13.
   const double layer = 1.0 + 1.13 * 0.005 / 0.045;
-  const Trace trace = roll_out(context, scene, {});
+  const Trace trace = run_whole(outcome, context, scene, SampleOptions{});
   outcome.judge_near("force_over_continuum", last_force(trace) / expected, layer, 0.15,
                      "rigid disc on a half space, 2 E a d / (1 - nu^2), stiffened by the base; the "
                      "block is finite");

@@ -19,16 +19,6 @@ Mutation scaled(double factor) {
           }};
 }
 
-Mutation late_tip() {
-  return {.name = "tip one row late", .trace = [](Trace& motion) {
-            for (const char* name : {"tip.z_m", "end.z_m"}) {
-              if (motion.find(name) == nullptr) { continue; }
-              std::vector<double>& z = motion.values(name);
-              std::copy_backward(z.begin(), z.end() - 1, z.end());
-            }
-          }};
-}
-
 Mutation odd_runs() {
   return {.name = "another last bit in every second run", .trace = [](Trace& motion) {
             static bool odd = false;
@@ -65,7 +55,6 @@ TEST("every fault planted in a subject fails the cases that measure its effect")
                          {stiffer(), {"static"}},
                          {scaled(0.0), {"audit/stiffness"}},
                          {late_frames(), {"first-step"}},
-                         {late_tip(), {"s26"}},
                          {drifting(), {"momentum", "energy", "rest"}},
                          {one_turned, {"invariance"}},
                          {odd_runs(), {"audit/repeat"}},
