@@ -32,6 +32,7 @@ struct CompareOptions : CommonOptions {
   std::vector<std::string> tolerances{};  ///< syntax of tolerance_from()
   double numerical_uncertainty = 0.0;     ///< u_num [1] of simulated values
   double input_uncertainty = 0.0;         ///< u_input [1] of simulated values
+  SubjectChoice subject{};
 };
 
 /// End of the message "FILE: no column ...".
@@ -78,7 +79,8 @@ ComparedSimulation read_simulation(const std::filesystem::path& file, const std:
 
 /// Runs the scene for its duration, or until `rest` [s] after a loss of resistance, so that the
 /// rule that finds it has enough samples. Returns false after an interrupt.
-bool simulate(LoadedScene& loaded, double rest, bool quiet, ComparisonReport& report) {
+bool simulate(LoadedScene& loaded, Subject& subject, double rest, bool quiet,
+              ComparisonReport& report) {
   const io::SceneFile& file = loaded.file;
   const double duration = file.scene.simulation.duration;
   RunControl how = run_control(quiet);
@@ -88,8 +90,9 @@ bool simulate(LoadedScene& loaded, double rest, bool quiet, ComparisonReport& re
                 .file = file.inputs.front(),
                 .hash = io::content_hash(file.text),
                 .title = file.scene.title,
-                .trace = roll_out(loaded.subject, file.scene, {}, how)};
+                .trace = roll_out(subject, file.scene, {}, how)};
   report.provenance = scene_provenance(loaded);
+  if (&subject != &loaded.subject) { report.provenance.merge(subject_provenance(subject.facts())); }
   const Trace& trace = simulation.trace;
   const double longer = trace.time.back() - duration;
   if (longer > 0.5 * file.scene.simulation.step) { simulation.run_longer = longer; }
@@ -175,6 +178,9 @@ int run_compare(const CompareOptions& options) {
   if (options.scene.empty() == options.trace.empty()) {
     throw InputError("compare: exactly one of --scene and --trace is needed");
   }
+  if (!options.trace.empty() && options.subject.foreign()) {
+    throw InputError("compare: --subject simulates a scene; --trace has none");
+  }
   if (!options.trace.empty() && !options.overrides.empty()) {
     throw InputError("compare: --set overrides keys of a scene; --trace has none");
   }
@@ -184,6 +190,7 @@ int run_compare(const CompareOptions& options) {
   std::vector<Outcome> validated;
   if (!options.results.empty()) { validated = read_results_folder(options.results).outcomes; }
   std::optional<LoadedScene> scene;
+  std::unique_ptr<Subject> foreign;
   const LossRule& loss = report.options.comparison.features.loss;
   const double rest = loss.hold + loss.settle;
   if (options.trace.empty()) {
@@ -191,12 +198,16 @@ int run_compare(const CompareOptions& options) {
     if (std::ranges::count(scene->subject.columns(), column, &Column::name) == 0) {
       throw InputError(options.scene.string() + ": no column " + needed(column));
     }
+    foreign = foreign_subject(options.subject, *scene, rest);
   } else {
     report.simulation = read_simulation(options.trace, column);
     report.provenance = build_provenance();
   }
   const std::filesystem::path folder = options.make_folder();
-  if (scene && !simulate(*scene, rest, options.quiet, report)) { return interrupted_code; }
+  if (scene && !simulate(*scene, foreign != nullptr ? *foreign : scene->subject, rest,
+                         options.quiet, report)) {
+    return interrupted_code;
+  }
   std::vector<Recording> recordings;
   for (const RecordingFile& one : report.recordings) { recordings.push_back(one.input.recording); }
   const bool failed = !report.simulation.failure.empty();
@@ -251,6 +262,7 @@ void add_compare(Program& program) {
       ->check(share);
   add_value(command, "--results", options.results, "DIR",
             "results folder of `palpate validate`, shown as evidence at the end");
+  add_subject_options(command, options.subject);
   command.footer(
       "One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
       tolerance_help(comparison::QuantityKind::pressure) +

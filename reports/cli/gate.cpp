@@ -19,6 +19,7 @@ struct GateOptions : CommonOptions {
   std::filesystem::path results{};
   std::filesystem::path baseline{};
   std::vector<std::string> cases{};  ///< case names or groups; empty: all
+  SubjectChoice subject{};           ///< must have made the results, if given
 };
 
 struct ApproveOptions : GateOptions {
@@ -62,9 +63,34 @@ std::vector<std::string> names_in(const Results& results) {
   return names;
 }
 
+/// Name of the simulator that made results, without its version: versions may be compared.
+std::string simulator_in(const std::map<std::string, std::string>& provenance) {
+  const std::string subject = entry(provenance, "subject");
+  return subject.empty() ? "palpate" : subject.substr(0, subject.rfind(' '));
+}
+
+/// Throws InputError if results and baseline are of different simulators, or not of --subject.
+void check_simulator(const GateOptions& options, const Results& results,
+                     const gate::Baseline& baseline) {
+  const std::string found = simulator_in(results.provenance);
+  const std::string accepted = simulator_in(baseline.provenance);
+  if (!baseline.cases.empty() && found != accepted) {
+    throw InputError(options.results.string() + ": results of the simulator " + found + "; " +
+                     options.baseline.string() + " holds those of " + accepted +
+                     ". Each simulator needs a baseline of its own");
+  }
+  if (options.subject.subject.empty()) { return; }
+  const std::string wanted = make_subject(options.subject)->facts().name;
+  if (found != wanted) {
+    throw InputError(options.results.string() + ": results of the simulator " + found +
+                     "; --subject is " + wanted);
+  }
+}
+
 int run_gate(const GateOptions& options) {
   const gate::Baseline baseline = read_baseline(options.baseline);
   const Results results = read_judged(options.results);
+  check_simulator(options, results, baseline);
   std::vector<std::string> names;
   for (const gate::AcceptedCase& one : baseline.cases) { names.push_back(one.outcome.name); }
   for (const Outcome& one : results.outcomes) { names.push_back(one.name); }
@@ -102,6 +128,7 @@ int run_approve(const ApproveOptions& options) {
   const Results results = read_judged(options.results);
   const bool exists = std::filesystem::exists(options.baseline);
   const gate::Baseline old = exists ? read_baseline(options.baseline) : gate::Baseline{};
+  check_simulator(options, results, old);
   const gate::Acceptance acceptance{.command = results.command,
                                     .provenance = results.provenance,
                                     .date = build_provenance().at("date"),
@@ -129,6 +156,8 @@ void add_judged(CLI::App& command, GateOptions& options) {
             "accepted results (JSON; curves in an .h5 file beside it)")
       ->required();
   add_value(command, "--case", options.cases, "NAME", "only this case or group; repeatable [all]");
+  add_value(command, "--subject", options.subject.subject, "SUBJECT",
+            "simulator that must have made the results: model, PATH.so, exec:COMMAND [any]");
 }
 
 }  // namespace

@@ -48,6 +48,26 @@ LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& o
   return {std::move(file), ModelSubject(std::move(simulation)), seconds};
 }
 
+std::unique_ptr<Subject> foreign_subject(const SubjectChoice& choice, const LoadedScene& loaded,
+                                         double spare) {
+  if (!choice.foreign()) { return nullptr; }
+  const std::string file = loaded.file.inputs.front().string();
+  const NetworkProblem* network = loaded.network();
+  if (network == nullptr) {
+    throw InputError(file + ": --subject: an oscillator is not tissue; a network");
+  }
+  std::unique_ptr<Subject> subject =
+      make_subject(choice, std::make_shared<const io::SceneFile>(loaded.file));
+  Scene scene = loaded.file.scene;
+  scene.simulation.duration += spare;
+  try {
+    subject->load(scene, network->network(), true);
+  } catch (const CannotDo& problem) {
+    throw InputError(file + ": --subject " + choice.subject + ": " + problem.what());
+  }
+  return subject;
+}
+
 RunControl run_control(bool quiet) {
   RunControl control{.stop = &interrupted};
   if (!quiet && isatty(STDERR_FILENO) != 0) {

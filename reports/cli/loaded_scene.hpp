@@ -30,6 +30,11 @@ struct LoadedScene {
 LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options,
                        bool no_skip, double spare = 0.0);
 
+/// Loads the scene into another simulator than the model, with `spare` [s] after its duration;
+/// nullptr if the model is the subject. Throws InputError if the simulator cannot represent it.
+std::unique_ptr<Subject> foreign_subject(const SubjectChoice& choice, const LoadedScene& loaded,
+                                         double spare = 0.0);
+
 /// Run control that stops on Ctrl-C and prints progress to standard error if it is a terminal.
 RunControl run_control(bool quiet);
 

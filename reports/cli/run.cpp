@@ -712,28 +712,6 @@ void write_packets(const std::filesystem::path& folder,
   }
 }
 
-/// Loads the scene into another simulator than the model; nullptr if the model is the subject.
-std::unique_ptr<Subject> foreign_subject(const RunOptions& options, const LoadedScene& loaded) {
-  if (!options.subject.foreign()) { return nullptr; }
-  if (options.refine) {
-    throw InputError("--refine with --subject: only the model refines its scene; use one");
-  }
-  const NetworkProblem* network = loaded.network();
-  if (network == nullptr) {
-    throw InputError(options.scene.string() +
-                     ": --subject: an oscillator is not tissue; a network");
-  }
-  std::unique_ptr<Subject> subject =
-      make_subject(options.subject, std::make_shared<const io::SceneFile>(loaded.file));
-  try {
-    subject->load(loaded.file.scene, network->network(), !options.no_skip);
-  } catch (const CannotDo& problem) {
-    throw InputError(options.scene.string() + ": --subject " + options.subject.subject + ": " +
-                     problem.what());
-  }
-  return subject;
-}
-
 int run_scene(const RunOptions& options) {
   catch_interrupts();
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
@@ -743,7 +721,10 @@ int run_scene(const RunOptions& options) {
       in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
   refuse_without_line(options, scene, in_hand);
   if (options.refine) { refuse_without_measure(options, loaded); }
-  const std::unique_ptr<Subject> foreign = foreign_subject(options, loaded);
+  if (options.refine && options.subject.foreign()) {
+    throw InputError("--refine with --subject: only the model refines its scene; use one");
+  }
+  const std::unique_ptr<Subject> foreign = foreign_subject(options.subject, loaded);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};

@@ -431,6 +431,8 @@ void tell_advice(const Outcome& outcome) {
 int judge(const ValidateOptions& options, const Judging& what) {
   if (options.list) { return list(what.cases); }
   const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
+  std::vector<ExpectedFailure> expected;
+  if (!options.expected.empty()) { expected = read_expected(options.expected, what.cases); }
   const std::filesystem::path folder = options.make_folder();
   const std::filesystem::path cache_folder =
       options.cache.empty() ? default_cache_folder() : options.cache;
@@ -457,11 +459,8 @@ int judge(const ValidateOptions& options, const Judging& what) {
                   .outcomes = in_order(cases, kept, ran.outcomes)};
   if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
   if (!ran.interrupted) { look_at_all(options, what, results); }
-  if (!options.expected.empty()) {
-    for (const Outcome* changed :
-         apply_expected(read_expected(options.expected, what.cases), results.outcomes)) {
-      if (!options.quiet) { tell_case(*changed, results.outcomes.size(), results.outcomes.size()); }
-    }
+  for (const Outcome* changed : apply_expected(expected, results.outcomes)) {
+    if (!options.quiet) { tell_case(*changed, results.outcomes.size(), results.outcomes.size()); }
   }
   if (options.subject.foreign()) {
     results.provenance.merge(subject_provenance(make_subject(options.subject)->facts()));
@@ -608,9 +607,17 @@ int run_bench(const BenchOptions& options) {
   catch_interrupts();
   Judging judging{.title = "Palpate benchmark", .jobs = 1};
   if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
+  if (options.subject.foreign() && (!options.against.empty() || options.self_test > 0)) {
+    throw InputError("--subject with --against or --self-test: these time builds of the model");
+  }
   if (!options.against.empty()) { return bench_against(options, judging); }
   if (options.self_test > 0) { return bench_itself(options, judging); }
   judging.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
+  if (options.subject.foreign()) {
+    judging.title = "Benchmark of " + make_subject(options.subject)->facts().name;
+    std::erase_if(judging.cases, [](const Case& one) { return !one.any_subject; });
+    judging.cases.push_back(subject_cases().front());  // s26: cost at equal error
+  }
   return judge(options, judging);
 }
 
@@ -673,6 +680,7 @@ void add_bench(Program& program) {
   add_cases(command, options, "benches or groups; all when none");
   add_value(command, "--history", options.history, "FILE",
             "append the results as a line of JSON, and test the recorded runs for slow drift");
+  add_subject_options(command, options.subject);
   CLI::Option* against =
       add_value(command, "--against", options.against, "REV|FILE",
                 "time this build in pairs with that of a revision (scripts/build-base makes it), "

@@ -7,6 +7,7 @@
 
 #include "model/problem/input_error.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "validation/claims/groups.hpp"
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/number_text.hpp"
 #include "validation/signal.hpp"
@@ -19,6 +20,7 @@ std::vector<Case> all_benches(const timing::InstructionCounter& counter) {
        {precision_cases(), needle_cases(), frontier_cases(), instruction_cases(counter)}) {
     std::ranges::move(more, std::back_inserter(cases));
   }
+  cases.push_back(subjects::cost_case());
   return cases;
 }
 

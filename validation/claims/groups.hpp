@@ -17,7 +17,8 @@ std::vector<Case> tissue_cases();   ///< tissue from surfaces and images: solids
 
 namespace subjects {
 std::vector<Case> cases();  ///< any simulator under test
-}
+Case cost_case();           ///< bench/subject: time of a step
+}  // namespace subjects
 
 namespace oscillator {
 std::vector<Case> order_cases();            ///< closed forms, observed orders, sweep of damping

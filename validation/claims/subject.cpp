@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -583,6 +584,57 @@ void measure_probe(const CaseContext& context, Outcome& outcome) {
                      "block is finite");
 }
 
+/// Time of a step of S26 blocks, as the subject's host measures it.
+void measure_cost(const CaseContext& context, Outcome& outcome) {
+  Table& table = outcome.table(
+      "cost", "Time of a step",
+      "S26 blocks at steps of 1 ms: time of each step. Over a pipe it includes the round trip, of "
+      "which the empty call is a control.",
+      {"nodes", "springs", "median (us)", "99 % (us)", "slowest (us)", "ns a spring",
+       "empty call (us)"});
+  table.timing = true;
+  Smallest steps;
+  for (const int nodes : context.quick ? std::vector{5, 10} : std::vector{5, 10, 20}) {
+    const Scene scene = s26_scene(nodes, 1e-3, 0.2);
+    const SpringNetwork network = build_network(scene);
+    const std::unique_ptr<Subject> subject = context.make_subject();
+    try {
+      subject->load(scene, network, context.skip);
+    } catch (const CannotDo& reason) {
+      outcome.notes.push_back(std::to_string(nodes) + " nodes a side: " + reason.what());
+      continue;
+    }
+    std::vector<double> seconds;
+    std::vector<double> empty;
+    for (long n = 0; n < subject->tick_count(); ++n) {
+      const auto begin = std::chrono::steady_clock::now();
+      const StepStatus status = subject->step({});
+      const double around =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      if (const std::string failure = subject->failure(); !failure.empty()) {
+        throw SubjectFailure(failure);
+      }
+      if (status == StepStatus::diverged) { break; }
+      seconds.push_back(subject->step_seconds().value_or(around));
+      empty.push_back(subject->round_trip());
+    }
+    steps.add(static_cast<double>(seconds.size()));
+    if (seconds.empty()) { continue; }
+    const double median = comparison::quantile(seconds, 0.5);
+    const auto springs = static_cast<double>(network.springs.size());
+    table.rows.push_back({nodes * nodes * nodes, springs, 1e6 * median,
+                          1e6 * comparison::quantile(seconds, 0.99),
+                          1e6 * *std::ranges::max_element(seconds), 1e9 * median / springs,
+                          1e6 * comparison::quantile(empty, 0.5)});
+    outcome.timings.push_back(
+        {.name = "step_of_" + std::to_string(nodes * nodes * nodes) + "_nodes",
+         .value = 1e6 * median,
+         .unit = "us"});
+  }
+  outcome.judge_at_least("steps_taken", steps.value(), 200.0,
+                         "every step of every block is taken, none diverges");
+}
+
 Case any(std::string name, std::string suite, std::string claim,
          void (*measure)(const CaseContext&, Outcome&), double weight) {
   return {.name = "subject/" + std::move(name),
@@ -594,6 +646,14 @@ Case any(std::string name, std::string suite, std::string claim,
 }
 
 }  // namespace
+
+Case cost_case() {
+  return {.name = "bench/subject",
+          .suite = "timing",
+          .claim = "Time of a step of the simulator under test, on blocks of springs.",
+          .measure = measure_cost,
+          .any_subject = true};
+}
 
 std::vector<Case> cases() {
   return {
