@@ -39,6 +39,7 @@ struct CertifyOptions : CommonOptions {
   std::optional<double> deadline{};  ///< deadline [us]; empty: the period
   std::vector<std::string> loads{};  ///< load types; empty: idle
   bool ordinary = false;  ///< if true, no real-time scheduling and no locked memory are requested
+  SubjectChoice subject{};
 };
 
 using Value = decltype(EnvironmentFact::value);
@@ -247,6 +248,18 @@ std::optional<double> tissue_stiffness(const LoadedScene& loaded) {
   return compliance > 0.0 ? std::optional(1.0 / compliance) : std::nullopt;
 }
 
+/// Returns the simulator, loaded into the process of the loop. Throws InputError for others, whose
+/// ticks the loop's own thread cannot time.
+SubjectChoice subject_in_process(const CertifyOptions& options) {
+  SubjectChoice choice = options.subject;
+  choice.in_process = true;
+  if (choice.foreign() && !choice.subject.ends_with(".so")) {
+    throw InputError("--subject " + choice.subject +
+                     ": certify times ticks in its own process; a shared library (PATH.so)");
+  }
+  return choice;
+}
+
 CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Progress& progress) {
   CertifyPlan plan{.claim = claim_of(options, loaded),
                    .cache_bytes = largest_cache(),
@@ -256,6 +269,12 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
                    .stop = &interrupted,
                    .progress = &progress,
                    .processor_times = processor_times};
+  if (options.subject.foreign()) {
+    const auto file = std::make_shared<const io::SceneFile>(loaded.file);
+    plan.subject = [choice = subject_in_process(options), file] {
+      return make_subject(choice, file);
+    };
+  }
   if (!options.loads.empty()) { plan.loads = options.loads; }
   plan.outside_load = [](const std::string&, const std::vector<int>& processors) {
     std::string list;  // loads processors, caches, memory and disk of these processors
@@ -332,6 +351,8 @@ int run_certify(const CertifyOptions& options) {
     return machine_cannot;
   }
   const LoadedScene loaded = load_scene(options.scene, options, false);
+  (void)foreign_subject(subject_in_process(options),
+                        loaded);  // refuses a scene that it cannot represent
   Progress progress;
   const CertifyPlan plan = plan_of(options, loaded, progress);
   const std::filesystem::path folder = options.make_folder();
@@ -347,7 +368,15 @@ int run_certify(const CertifyOptions& options) {
       .provenance = scene_provenance(loaded)};
   report.environment =
       environment_of(report.result.rights, plan.priority, report.cycles_per_second);
-  count_worst(options, plan.claim, report);
+  if (options.subject.foreign()) {
+    const SubjectFacts facts = make_subject(subject_in_process(options))->facts();
+    report.provenance.merge(subject_provenance(facts));
+    report.not_counted = "only ticks of the model are counted";
+    report.result.notes.push_back("The simulator is " + facts.name + " " + facts.version +
+                                  ", loaded into the process of the loop.");
+  } else {
+    count_worst(options, plan.claim, report);
+  }
   if (loaded.file.scene.simulation.threads > 1) {
     report.result.notes.emplace_back("The scene requests more threads; the loop used one.");
   }
@@ -380,6 +409,7 @@ void add_certify(Program& program) {
   add_value(command, "--load", options.loads, "LOAD",
             "background load: idle, cpu, cache, memory or stress-ng; repeatable, one after the "
             "other [idle]");
+  add_subject_options(command, options.subject);
   command.add_flag("--ordinary", options.ordinary,
                    "ordinary scheduling and memory: no certificate, but all figures");
   command.footer(

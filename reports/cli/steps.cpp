@@ -54,7 +54,8 @@ Stepped stepped_scene(const StepsOptions& options) {
     throw InputError(loaded->file.where("simulation.step") + ": " + why);
   }
   const auto loop = std::make_shared<certificate::SceneLoop>(scene, rate);
-  return {.kernel = loop->simulation().plan().kernel, .run = [loaded, loop](long ticks) {
+  return {.kernel = static_cast<ModelSubject&>(loop->subject()).simulation().plan().kernel,
+          .run = [loaded, loop](long ticks) {
             for (long n = 0; n < ticks; ++n) { (void)loop->tick(); }
           }};
 }

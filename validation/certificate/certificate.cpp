@@ -278,8 +278,10 @@ class Certifier {
 
   void probe_ticks() {
     tell("provoking worst ticks", 0);
-    result_.budget = run_probes(
-        scene_, {.rate = plan_.claim.rate, .cache_bytes = plan_.cache_bytes, .stop = plan_.stop});
+    result_.budget = run_probes(scene_, {.rate = plan_.claim.rate,
+                                         .cache_bytes = plan_.cache_bytes,
+                                         .stop = plan_.stop,
+                                         .subject = plan_.subject});
     if (result_.budget.diverged_at || is_stopped()) { return; }
     tell("missing one tick", 0);
     if (scene_.drive && scene_.drive->kind == Drive::Kind::falcon) {
@@ -362,7 +364,7 @@ class Certifier {
     LoopEnd end = LoopEnd::over;
     while (end == LoopEnd::over && phase.record.ticks() < plan_.claim.ticks()) {
       const double begin = plan_.clock->now();
-      SceneLoop scene(scene_, plan_.claim.rate);
+      SceneLoop scene(scene_, plan_.claim.rate, {.subject = plan_.subject});
       if (phase.record.ticks() > 0) {
         ++phase.restarts;
         phase.paused += plan_.clock->now() - begin;

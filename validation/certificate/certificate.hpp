@@ -165,6 +165,8 @@ struct CertifyPlan {
   /// destroyed.
   std::function<std::shared_ptr<void>(const std::string& load, const std::vector<int>& processors)>
       outside_load{};
+  /// Creates the simulator under test in this process; empty: the model.
+  std::function<std::unique_ptr<Subject>()> subject{};
 };
 
 /// Runs the certification. It changes affinity and scheduling of the calling thread, so call it on

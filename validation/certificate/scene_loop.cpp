@@ -35,9 +35,16 @@ FaultScript wire_faults(const Scene& scene) {
                      {.kind = LinkFault::Kind::power_loss, .start = middle, .end = middle + 5e-3}}};
 }
 
-Simulation simulation_of(const Scene& scene, const SceneLoopOptions& options) {
-  return options.network != nullptr ? Simulation(scene, *options.network, options.skip)
-                                    : Simulation(scene, options.skip);
+std::unique_ptr<Subject> subject_of(const Scene& scene, const SceneLoopOptions& options) {
+  if (!options.subject) {
+    return std::make_unique<ModelSubject>(options.network != nullptr
+                                              ? Simulation(scene, *options.network, options.skip)
+                                              : Simulation(scene, options.skip));
+  }
+  std::unique_ptr<Subject> subject = options.subject();
+  subject->load(scene, options.network != nullptr ? *options.network : build_network(scene),
+                options.skip);
+  return subject;
 }
 
 std::size_t pressure_column(const std::vector<Column>& columns) {
@@ -64,53 +71,53 @@ std::string why_not_at(const Scene& scene, double rate) {
 }
 
 SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& options)
-    : subject_(simulation_of(scene, options)),
+    : subject_(subject_of(scene, options)),
       periods_of_step_(std::lround(periods_of_step(scene, rate))),
       has_pressure_(scene.syringe && scene.needle),
       damages_frames_(options.faults) {
   if (in_hand(scene)) {
     falcon_.emplace(
-        scene, subject_,
+        scene, *subject_,
         FalconLoopOptions{.faults = options.faults ? wire_faults(scene) : FaultScript{}});
   }
   constexpr std::size_t enough = 64;  // twice what the model keeps
   happened_.reserve(enough);
   take_happenings();
   if (has_pressure_) {
-    row_.resize(subject_.columns().size());
-    pressure_column_ = pressure_column(subject_.columns());
+    row_.resize(subject_->columns().size());
+    pressure_column_ = pressure_column(subject_->columns());
   }
 }
 
 StepStatus SceneLoop::tick() noexcept {
   if (begun_) { happened_.clear(); }
   begun_ = true;
-  const long before = subject_.ticks();
+  const long before = subject_->ticks();
   StepStatus status = StepStatus::ok;
   if (falcon_) {
     status = falcon_->device_tick();
   } else if (period_ == 0) {
-    status = subject_.step({});
+    status = subject_->step({});
   }
   period_ = period_ + 1 < periods_of_step_ ? period_ + 1 : 0;
-  if (has_pressure_ && subject_.ticks() > before) { send_pressure(); }
+  if (has_pressure_ && subject_->ticks() > before) { send_pressure(); }
   take_happenings();
   return status;
 }
 
 /// Reads and clears the events as a trace does; neither list grows.
 void SceneLoop::take_happenings() noexcept {
-  for (const ToolHappening& each : subject_.tool_happenings()) {
+  for (const ToolHappening& each : subject_->tool_happenings()) {
     if (happened_.size() < happened_.capacity()) { happened_.push_back(each); }
   }
-  subject_.forget_tool_happenings();
+  subject_->forget_tool_happenings();
 }
 
 /// Encodes, sends and decodes the frames that are due.
 void SceneLoop::send_pressure() noexcept {
   namespace link = device::pressure_link;
-  subject_.sample(row_);
-  while (static_cast<double>(frames_) / link::frames_per_second <= subject_.time()) {
+  subject_->sample(row_);
+  while (static_cast<double>(frames_) / link::frames_per_second <= subject_->time()) {
     if (const auto frame = frame_of(row_[pressure_column_], static_cast<std::size_t>(frames_))) {
       link::FrameBytes bytes = link::encode(*frame);
       if (damages_frames_ && frames_ % 2 == 1) { bytes[4] ^= 0xFFU; }
@@ -121,13 +128,13 @@ void SceneLoop::send_pressure() noexcept {
 }
 
 bool SceneLoop::over() const noexcept {
-  return period_ == 0 && subject_.ticks() >= subject_.tick_count();
+  return period_ == 0 && subject_->ticks() >= subject_->tick_count();
 }
 
-long SceneLoop::tick_count() const noexcept { return subject_.tick_count() * periods_of_step_; }
+long SceneLoop::tick_count() const noexcept { return subject_->tick_count() * periods_of_step_; }
 
 Moment SceneLoop::moment() const noexcept {
-  Moment moment{.scene_time = subject_.time()};
+  Moment moment{.scene_time = subject_->time()};
   if (!happenings().empty()) { moment.happening = happenings().back(); }
   return moment;
 }

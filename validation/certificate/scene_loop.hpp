@@ -4,6 +4,8 @@
 /// hand, the emulated Falcon and its line if the scene has one, and the pressure link if it has a
 /// syringe. Everything is allocated on construction.
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +21,7 @@ struct SceneLoopOptions {
   bool skip = true;     ///< false: compute what the scene does not need
   bool faults = false;  ///< inject faults on the Falcon's line and on the pressure link
   const SpringNetwork* network = nullptr;  ///< replaces the tissue of the scene; nullptr: keep it
+  std::function<std::unique_ptr<Subject>()> subject{};  ///< empty: the model
 };
 
 /// Returns the loop rate of a scene [Hz]: the rate of its haptic loop, or one tick per step without
@@ -29,8 +32,8 @@ std::string why_not_at(const Scene& scene, double rate);
 
 class SceneLoop {
  public:
-  /// Prepares the loop. The scene must outlive it. Throws the exceptions of Simulation and
-  /// FalconLoop.
+  /// Prepares the loop. The scene must outlive it. Throws the exceptions of the subject and
+  /// of FalconLoop.
   SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& options = {});
   SceneLoop(const SceneLoop&) = delete;  // members hold references to each other
   SceneLoop& operator=(const SceneLoop&) = delete;
@@ -44,7 +47,7 @@ class SceneLoop {
   [[nodiscard]] Moment moment() const noexcept;
   /// Returns the events of the tool in the last tick; in the first tick also those at the start.
   [[nodiscard]] std::span<const ToolHappening> happenings() const noexcept { return happened_; }
-  [[nodiscard]] Simulation& simulation() { return subject_.simulation(); }
+  [[nodiscard]] Subject& subject() { return *subject_; }
   [[nodiscard]] FalconLoop* falcon() { return falcon_ ? &*falcon_ : nullptr; }
   /// Returns the counts of the pressure link.
   [[nodiscard]] const device::pressure_link::ReaderCounts& frames() const {
@@ -55,7 +58,7 @@ class SceneLoop {
   void send_pressure() noexcept;
   void take_happenings() noexcept;
 
-  ModelSubject subject_;
+  std::unique_ptr<Subject> subject_;
   long periods_of_step_;
   long period_ = 0;  ///< of the present step
   std::optional<FalconLoop> falcon_{};

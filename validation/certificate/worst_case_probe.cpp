@@ -36,7 +36,7 @@ class ObservedRun {
   [[nodiscard]] const Eigen::Vector3d& force() { return loop_.falcon()->force_sent(); }
   [[nodiscard]] double energy() const { return observer_.energy(); }
   [[nodiscard]] double time() { return loop_.falcon()->falcon().time(); }
-  [[nodiscard]] double tool_velocity() { return loop_.simulation().tool_motion().velocity; }
+  [[nodiscard]] double tool_velocity() { return loop_.subject().tool_motion().velocity; }
 
  private:
   void observe() { observer_.observe(time(), place(), force()); }
@@ -130,14 +130,14 @@ TimedPasses one_pass(const PassSetting& setting, const ProbePlan& plan) {
     StepStatus status = StepStatus::ok;
     pass.ticks.push_back(time_tick(*loop, status));
     if (status == StepStatus::diverged) {
-      pass.diverged_at = loop->simulation().time();
+      pass.diverged_at = loop->subject().time();
       return pass;
     }
     for (const ToolHappening& each : loop->happenings()) {
       pass.happenings.push_back({pass.ticks.size() - 1, each});
     }
     pass.largest_speed =
-        std::max(pass.largest_speed, std::abs(loop->simulation().tool_motion().velocity));
+        std::max(pass.largest_speed, std::abs(loop->subject().tool_motion().velocity));
   }
   pass.passes = pass.ticks.size() == count ? 1 : 0;
   return pass;
@@ -207,10 +207,12 @@ class Prober {
     budget_.largest_speed = whole_.largest_speed;
     if (whole_.passes > 0) {
       add_scene();
-      add_beginning("nothing skipped",
-                    "everything awake: what the scene does not need is computed too",
-                    loop_with({.skip = false}));
-      add_denormals();
+      if (!plan_.subject) {  // what only the model can be asked for
+        add_beginning("nothing skipped",
+                      "everything awake: what the scene does not need is computed too",
+                      loop_with({.skip = false}));
+        add_denormals();
+      }
       if (scene_.syringe || (scene_.drive && scene_.drive->kind == Drive::Kind::falcon)) {
         add("faults on the lines",
             "bytes lost, doubled and changed on every line of the scene, power lost once",
@@ -223,7 +225,8 @@ class Prober {
   }
 
  private:
-  Make loop_with(const SceneLoopOptions& options) const {
+  Make loop_with(SceneLoopOptions options) const {
+    options.subject = plan_.subject;
     return [this, options] { return std::make_unique<SceneLoop>(scene_, plan_.rate, options); };
   }
   void add(const std::string& name, const std::string& what, const TimedPasses& passes) {

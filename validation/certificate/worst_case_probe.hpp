@@ -70,6 +70,7 @@ struct ProbePlan {
   int most_repetitions = 12;
   double enough = 1.0;  ///< time after which no repetition is started [s]
   const std::atomic<bool>* stop = nullptr;
+  std::function<std::unique_ptr<Subject>()> subject{};  ///< empty: the model
 };
 
 /// Runs the whole scene as fast as possible and then the worst-case probes at selected ticks.

@@ -29,7 +29,7 @@ TEST("a loop has the state of a run after the same ticks, and the same events") 
   }
   Eigen::VectorXd a(subject.dof()), b(a.size());
   subject.coordinates(a);
-  loop.simulation().coordinates(b);
+  loop.subject().coordinates(b);
   CHECK(a == b);
   CHECK(events == run.events.size());
   CHECK(events >= 2);
@@ -48,14 +48,14 @@ TEST("a hand on a slower tissue has device ticks in between, and the same end as
     CHECK(ticks == 200);
     CHECK(loop.falcon()->facts().ticks == facts.ticks);
     CHECK_NEAR(loop.falcon()->facts().least_energy, facts.least_energy, 0.0);
-    CHECK_NEAR(loop.simulation().tool_motion().place, subject.tool_motion().place, 0.0);
+    CHECK_NEAR(loop.subject().tool_motion().place, subject.tool_motion().place, 0.0);
   }
 }
 
 TEST("without a device nothing is computed between two steps") {
   SceneLoop loop(insertion_scene(0.4, 1e-3, 0.04), 5000.0);
   for (int n = 0; n < 10; ++n) { (void)loop.tick(); }
-  CHECK(loop.simulation().ticks() == 2);
+  CHECK(loop.subject().ticks() == 2);
   CHECK(loop.tick_count() == 2000);
 }
 
