@@ -13,6 +13,7 @@
 
 #include "palpate_version.hpp"
 
+#include "fixtures/io/child_read.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/stepping/integrator.hpp"
 
@@ -38,6 +39,7 @@ void catch_interrupts() {
     interrupted.store(true);
     std::signal(signal, SIG_DFL);  // a second signal ends the program at once
   };
+  io::end_reads_on(&interrupted);
   std::signal(SIGINT, note);
   std::signal(SIGTERM, note);
 }
