@@ -157,7 +157,9 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const std::string& s
   for (const Column& column : trace.columns) {
     outcome.figures.push_back(column_figure(trace, column));
   }
-  if (trace.frames.position.size() > 1) { outcome.figures.push_back(node_figure(trace)); }
+  if (trace.frames.position.size() > 1 && trace.frames.position.front().size() > 0) {
+    outcome.figures.push_back(node_figure(trace));
+  }
   if (std::string problem = not_finite(outcome);
       !problem.empty() && outcome.status == Status::pass) {
     outcome.status = Status::error;
