@@ -33,7 +33,8 @@ constexpr double most_size = 1e30;
 /// make a column twice.
 constexpr std::array<std::string_view, 6> taken_names{"tool",   "syringe", "probe",
                                                       "device", "loss",    "tissue"};
-constexpr double digits_lost = 1e-9;  // relative rounding of numbers in a file
+constexpr int most_substeps = 10'000;  // 0.1 us each in a tick of a millisecond
+constexpr double digits_lost = 1e-9;   // relative rounding of numbers in a file
 
 /// Visitor of scene_keys.hpp that checks the range of every key of a scene.
 class RangeCheck {
@@ -353,6 +354,10 @@ class Checker : private Rules {
     const SimulationSettings& s = scene_.simulation;
     const double ticks = s.duration / s.step;
     must(!(ticks > 1e9), "simulation.duration", number_in_words(ticks) + " ticks; at most 1e9");
+    const int substeps = s.substeps.value_or(1);
+    must(substeps <= most_substeps, "simulation.substeps",
+         std::to_string(substeps) + "; at most " + std::to_string(most_substeps) +
+             ", because a run can be stopped between ticks only");
     must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");
     must(scene_.tissue.source != Source::oscillator || !s.printed.any() ||
              (!s.printed.direction && !s.printed.sign && !s.printed.reversed &&
