@@ -23,10 +23,9 @@ add_library(palpate_hdf5 INTERFACE)
 target_include_directories(palpate_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
 target_link_libraries(palpate_hdf5 INTERFACE ${HDF5_LIBRARIES})
 
-# Images and surfaces of patients. DCMTK's own package asks for all of its libraries and theirs.
+# Images of patients. DCMTK's own package asks for all of its libraries and theirs.
 find_package(PNG 1.6 REQUIRED)
 find_package(OpenSSL 3.0 REQUIRED COMPONENTS Crypto)
-find_package(assimp 5.2 REQUIRED)
 find_path(DCMTK_INCLUDE_DIR dcmtk/config/osconfig.h REQUIRED)
 add_library(palpate_dcmtk INTERFACE)
 target_include_directories(palpate_dcmtk SYSTEM INTERFACE ${DCMTK_INCLUDE_DIR})

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <numeric>
 
+#include "model/problem/input_error.hpp"
 #include "model/problem/problem.hpp"
+#include "model/problem/rules.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/case.hpp"
 #include "validation/random.hpp"
@@ -101,10 +104,11 @@ class Sampler {
     }
     row_.resize(trace.columns.size());
     const auto rows = static_cast<std::size_t>(subject.tick_count() / options.every + 2);
-    trace.time.reserve(rows);
-    for (Column& column : trace.columns) { column.values.reserve(rows); }
     trace.text_columns = subject.text_columns();
     texts_.resize(trace.text_columns.size());
+    refuse_length(rows);
+    trace.time.reserve(rows);
+    for (Column& column : trace.columns) { column.values.reserve(rows); }
     const auto samples = static_cast<Eigen::Index>(rows);
     if (options.position) { trace.position.resize(subject.dof(), samples); }
     if (options.velocity) { trace.velocity.resize(subject.dof(), samples); }
@@ -128,6 +132,10 @@ class Sampler {
     take_keyframe();
   }
 
+  /// Returns false if the last row has a value that is not finite. It is then not in the trace,
+  /// unless it is the first.
+  [[nodiscard]] bool finite() const { return finite_; }
+
   /// Releases the unused memory of rows and frames.
   void finish() {
     const auto samples = static_cast<Eigen::Index>(trace_.time.size());
@@ -141,13 +149,33 @@ class Sampler {
   }
 
  private:
+  /// Refuses a trace that would not fit in memory, before the first tick. A text takes as much as
+  /// four numbers.
+  void refuse_length(std::size_t rows) const {
+    constexpr double most = 1e8;  // 800 MB; traces of more values are not read either
+    const double width = static_cast<double>(1 + trace_.columns.size() + 4 * texts_.size());
+    const double values = static_cast<double>(rows) * width;
+    if (values <= most) { return; }
+    throw InputError("simulation.duration: " + number_in_words(static_cast<double>(rows)) +
+                     " rows of " + number_in_words(width) + " columns are " +
+                     number_in_words(values) +
+                     " values; at most 1e8, by a shorter duration, a longer step or fewer records");
+  }
+  void refuse_frames(std::size_t frames, Eigen::Index nodes) const {
+    constexpr double most = 1e8;  // coordinates: 800 MB
+    const double values = 3.0 * static_cast<double>(frames) * static_cast<double>(nodes);
+    if (values <= most) { return; }
+    throw InputError("output.frames: " + std::to_string(frames) + " states of " +
+                     std::to_string(nodes) + " nodes are " + number_in_words(values) +
+                     " coordinates; at most 1e8");
+  }
+
   void append(const std::vector<Column>& columns) {
     trace_.columns.insert(trace_.columns.end(), columns.begin(), columns.end());
   }
 
   void take_row(double energy) {
     const auto index = static_cast<Eigen::Index>(trace_.time.size());
-    trace_.time.push_back(subject_.time());
     const std::span<double> row(row_);
     subject_.sample(row.first(subject_columns_));
     if (falcon_ != nullptr) {
@@ -160,6 +188,9 @@ class Sampler {
     const std::size_t last = row_.size() - 1;
     if (options_.energy) { row_[options_.cells != nullptr ? last - 1 : last] = energy; }
     if (options_.cells != nullptr) { row_[last] = jacobian_; }
+    finite_ = std::ranges::all_of(row_, [](double value) { return std::isfinite(value); });
+    if (!finite_ && index > 0) { return; }
+    trace_.time.push_back(subject_.time());
     for (std::size_t n = 0; n < row_.size(); ++n) { trace_.columns[n].values.push_back(row_[n]); }
     subject_.sample_text(texts_, trace_.events);
     for (std::size_t n = 0; n < texts_.size(); ++n) {
@@ -191,6 +222,7 @@ class Sampler {
     const NodeVectors begin = subject_.node_positions();
     if (begin.cols() == 0) { return; }
     const long frames = std::min<long>(std::max(options_.frames, 0), subject_.tick_count() + 1);
+    refuse_frames(static_cast<std::size_t>(frames), begin.cols());
     frame_interval_ =
         frames <= 1 ? 0.0
                     : static_cast<double>(subject_.tick_count()) / static_cast<double>(frames - 1);
@@ -253,6 +285,7 @@ class Sampler {
   std::size_t force_column_ = 0;
   std::size_t keyframes_taken_ = 0;
   std::size_t events_seen_ = 0;
+  bool finite_ = true;
   double largest_force_ = 0.0;  ///< [N]
   double largest_time_ = 0.0;   ///< [s]
   NodeVectors at_largest_{};
@@ -286,6 +319,7 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
   trace.h = subject.step_length();
   Sampler sampler(subject, falcon ? &*falcon : nullptr, options, trace);
   sampler.take();
+  trace.diverged = !sampler.finite();
   const long count = subject.tick_count();
   auto last_progress = Clock::now();
   while (trace.ticks < count && !trace.diverged) {
@@ -310,6 +344,10 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
       trace.diverged_at = subject.time();
     } else {
       sampler.take();
+      if (!sampler.finite()) {
+        trace.diverged = true;
+        trace.diverged_at = subject.time();
+      }
       if (control.enough && control.enough(trace)) { break; }
     }
     if (control.progress && end - last_progress > std::chrono::milliseconds(250)) {

@@ -17,6 +17,7 @@ Trajectory::Trajectory(const Drive& drive, double duration) {
     const double until = intermittent ? now.place + drive.advance
                                       : now.place + drive.speed * (duration - now.time) * 2.0;
     const double next = std::min(until, target);
+    if (!(next > now.place)) { break; }  // the advance is lost to rounding
     now = {now.time + (next - now.place) / drive.speed, next};
     vertices_.push_back(now);
     if (intermittent && next < target) {

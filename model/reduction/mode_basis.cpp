@@ -390,6 +390,7 @@ constexpr double least_share = 1e-11;
 
 /// Returns columns c with c^T a c = 1 that are orthogonal with respect to a.
 MatrixXd independent(const MatrixXd& a) {
+  if (!a.allFinite()) { return MatrixXd(a.rows(), 0); }  // the solver would not end
   const Eigen::SelfAdjointEigenSolver<MatrixXd> modes(a);
   const double least = least_share * modes.eigenvalues().maxCoeff();
   const Index left_out = (modes.eigenvalues().array() <= least).count();

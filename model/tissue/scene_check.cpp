@@ -25,7 +25,16 @@ namespace {
 constexpr double most_pauses = 1e6;
 constexpr long most_sites = 10000;  // limit for a palpation map
 constexpr double most_nodes = 5e7;
-constexpr double digits_lost = 1e-9;  // relative rounding of numbers in a file
+constexpr std::size_t most_tables = 1000;  // of one kind, such as [[record]]
+/// Largest size of any number of a scene. No quantity of a tissue in SI units comes near it, and
+/// products of several such numbers are still finite.
+constexpr double most_size = 1e30;
+/// Beginnings of the names of columns that every scene may have. A record of such a name could
+/// make a column twice.
+constexpr std::array<std::string_view, 6> taken_names{"tool",   "syringe", "probe",
+                                                      "device", "loss",    "tissue"};
+constexpr int most_substeps = 10'000;  // 0.1 us each in a tick of a millisecond
+constexpr double digits_lost = 1e-9;   // relative rounding of numbers in a file
 
 /// Visitor of scene_keys.hpp that checks the range of every key of a scene.
 class RangeCheck {
@@ -37,12 +46,15 @@ class RangeCheck {
     const auto allowed = [&](double number) {
       found = number;
       const bool no_end = key.endless && number == std::numeric_limits<double>::infinity();
-      return no_end || (std::isfinite(number) && key.range.holds(number));
+      return no_end ||
+             (std::isfinite(number) && std::abs(number) <= most_size && key.range.holds(number));
     };
     if (all_numbers(member, allowed)) { return; }
     rules_.must(false, prefix_ + std::string(name),
                 number_in_words(found) + key.after_number() + "; " +
-                    (std::isfinite(found) ? key.range.text() : "must be finite"));
+                    (!std::isfinite(found)         ? "must be finite"
+                     : std::abs(found) > most_size ? "must be at most 1e30 in size"
+                                                   : key.range.text()));
   }
   template <class T> void table(std::string_view name, const T& member) {
     RangeCheck inner(rules_, prefix_ + std::string(name) + ".");
@@ -52,6 +64,8 @@ class RangeCheck {
     if (member) { table(name, *member); }
   }
   template <class T> void list(std::string_view name, const std::vector<T>& members) {
+    rules_.must(members.size() <= most_tables, prefix_ + std::string(name),
+                std::to_string(members.size()) + " tables; at most " + std::to_string(most_tables));
     for (std::size_t n = 0; n < members.size(); ++n) {
       table(std::string(name) + "[" + std::to_string(n) + "]", members[n]);
     }
@@ -233,7 +247,13 @@ void check_drive(const Drive& drive, double duration, Rules& rules) {
              "drive.depth",
              number_in_words(drive.depth.value_or(0.0)) +
                  " m; must be > from = " + number_in_words(drive.from) + " m");
-  if (drive.technique != Drive::Technique::intermittent) { return; }
+  const bool intermittent = drive.technique == Drive::Technique::intermittent;
+  const double way = intermittent ? drive.advance : drive.speed * duration;
+  const bool moves = drive.kind != Drive::Kind::force && drive.start < duration && way > 0.0;
+  rules.must(!moves || drive.from + 1e-3 * way > drive.from || !std::isfinite(way), "drive.from",
+             number_in_words(drive.from) + " m, beside which an advance of " +
+                 number_in_words(way) + " m is lost to rounding; must be closer to the skin");
+  if (!intermittent) { return; }
   const double count = pauses(drive, duration);
   rules.must(!(count > most_pauses), "drive.technique",
              number_in_words(count) + " pauses in the duration; must be at most 1e6");
@@ -334,6 +354,10 @@ class Checker : private Rules {
     const SimulationSettings& s = scene_.simulation;
     const double ticks = s.duration / s.step;
     must(!(ticks > 1e9), "simulation.duration", number_in_words(ticks) + " ticks; at most 1e9");
+    const int substeps = s.substeps.value_or(1);
+    must(substeps <= most_substeps, "simulation.substeps",
+         std::to_string(substeps) + "; at most " + std::to_string(most_substeps) +
+             ", because a run can be stopped between ticks only");
     must(!(ticks < 1.0 - 1e-9), "simulation.duration", "shorter than one step; at least one step");
     must(scene_.tissue.source != Source::oscillator || !s.printed.any() ||
              (!s.printed.direction && !s.printed.sign && !s.printed.reversed &&
@@ -528,6 +552,9 @@ class Checker : private Rules {
       must(!record.name.empty(), at("record", n, "name"), "empty; a name");
       must(names.insert(record.name).second, at("record", n, "name"),
            "\"" + record.name + "\" twice; each name once");
+      must(std::ranges::find(taken_names, record.name) == taken_names.end(),
+           at("record", n, "name"),
+           "\"" + record.name + "\" begins the names of other columns; another name");
       must(!record.quantities.empty(), at("record", n, "quantities"), "empty; at least one");
       if (const int* node = std::get_if<int>(&record.where)) {
         node_exists(*node, at("record", n, "node"), count);

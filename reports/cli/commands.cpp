@@ -13,6 +13,7 @@
 
 #include "palpate_version.hpp"
 
+#include "fixtures/io/child_read.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/stepping/integrator.hpp"
 
@@ -24,7 +25,7 @@ fs::path CommonOptions::make_folder() const {
   const fs::path folder = out.empty() ? fs::path("palpate-out") / name : out;
   std::error_code problem;
   fs::create_directories(folder, problem);
-  if (problem || !fs::is_directory(folder)) {
+  if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
   }
   return folder;
@@ -38,6 +39,7 @@ void catch_interrupts() {
     interrupted.store(true);
     std::signal(signal, SIG_DFL);  // a second signal ends the program at once
   };
+  io::end_reads_on(&interrupted);
   std::signal(SIGINT, note);
   std::signal(SIGTERM, note);
 }

@@ -362,7 +362,7 @@ std::filesystem::path default_cache_folder() {
   if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
     return std::filesystem::path(home) / ".cache" / "palpate";
   }
-  return std::filesystem::temp_directory_path() / "palpate-cache";
+  return io::private_folder("palpate-cache");
 }
 
 reference::Cache cache_in(const std::filesystem::path& folder) {

@@ -157,7 +157,9 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const std::string& s
   for (const Column& column : trace.columns) {
     outcome.figures.push_back(column_figure(trace, column));
   }
-  if (trace.frames.position.size() > 1) { outcome.figures.push_back(node_figure(trace)); }
+  if (trace.frames.position.size() > 1 && trace.frames.position.front().size() > 0) {
+    outcome.figures.push_back(node_figure(trace));
+  }
   if (std::string problem = not_finite(outcome);
       !problem.empty() && outcome.status == Status::pass) {
     outcome.status = Status::error;
@@ -183,7 +185,8 @@ std::string scene_named(const std::string& title, std::map<std::string, std::str
 }
 
 constexpr int baseline_schema = 1;
-constexpr std::size_t most_bytes = 1U << 30U;  // of a baseline or its curves
+constexpr std::size_t most_bytes = 1U << 30U;       // of the curves of a baseline
+constexpr std::size_t most_json_bytes = 1U << 26U;  // parsed, a text may take 20 times as much
 constexpr const char* seal_key = "seal";
 
 /// Hash of all contents except the hash itself. It detects edits by hand.
@@ -394,7 +397,7 @@ Results read_run_folder(const std::filesystem::path& folder) {
   const Trace trace = io::read_trace_hdf5(folder / "trace.h5");
   std::map<std::string, std::string> provenance = provenance_of(folder / "trace.h5");
   try {
-    const Json summary = Json::parse(text);
+    const Json summary = parse_json(text);
     const std::string scene = scene_named(summary.at("title"), provenance);
     provenance.erase("scene");
     provenance.erase("overrides");
@@ -422,7 +425,7 @@ void write_results_folder(const std::filesystem::path& folder, const Results& re
 
 Results read_results_folder(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "results.json";
-  Results results = results_from_json(io::read_text(file, most_bytes), file.string());
+  Results results = results_from_json(io::read_text(file, most_json_bytes), file.string());
   for (Outcome& outcome : results.outcomes) { read_figure_data(folder / "traces", outcome); }
   return results;
 }
@@ -436,11 +439,11 @@ void write_baseline(const std::filesystem::path& path, const gate::Baseline& bas
 }
 
 gate::Baseline read_baseline(const std::filesystem::path& path) {
-  const std::string text = io::read_text(path, most_bytes);
+  const std::string text = io::read_text(path, most_json_bytes);
   gate::Baseline baseline;
   std::string hash;
   try {
-    const Json json = Json::parse(text);
+    const Json json = parse_json(text);
     baseline = baseline_from(json);
     hash = json.at("curves");
   } catch (const std::exception& problem) {

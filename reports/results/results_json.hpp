@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "model/problem/input_error.hpp"
@@ -14,6 +15,10 @@
 #include "validation/outcome.hpp"
 
 namespace palpate {
+
+/// Parses a text. Throws std::runtime_error if it is nested deeper than any file of this program:
+/// the library copies, prints and deletes by recursion. Throws its exception if it is not JSON.
+nlohmann::ordered_json parse_json(std::string_view text);
 
 /// Converts a number to JSON. NaN and infinity, which JSON lacks, become text.
 inline nlohmann::ordered_json json_number(double value) {

@@ -25,7 +25,7 @@ constexpr std::size_t most_history_bytes = 1U << 28U;
 constexpr mode_t for_all_to_read = 0644;
 
 HistoryLine line_from(const std::string& text) {
-  const Json json = Json::parse(text);
+  const Json json = parse_json(text);
   HistoryLine line{
       .date = json.at("date"), .commit = json.at("commit"), .compiler = json.at("compiler")};
   for (const auto& [name, each] : json.at("quantities").items()) {

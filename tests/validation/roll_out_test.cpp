@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "device/falcon/emulator.hpp"
+#include "model/problem/input_error.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 #include "tests/validation/insertion_scenes.hpp"
@@ -239,6 +240,29 @@ TEST("the loop of a device that lost its zero uses neither its position nor its 
   // Nothing moves the handle: the needle stays at its last position.
   const std::vector<double>& place = lost.run.find("tool.insertion_m")->values;
   CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
+}
+
+TEST("a trace that would not fit in memory is refused before its first tick, with its key") {
+  Scene scene = insertion_scene(0.6);
+  scene.simulation.duration = 1e6;
+  CHECK_THROWS_AS(InputError, run_of(scene, 0), "simulation.duration: 1e+09 rows of");
+  scene.simulation.duration = 1e5;
+  ModelSubject subject{Simulation(scene)};
+  CHECK_THROWS_AS(InputError, roll_out(subject, scene, {.every = 1000, .frames = 100'000'000}),
+                  "output.frames: 100000000 states of");
+}
+
+TEST("a row that is not finite ends a run as diverged and is not in the trace") {
+  Scene scene = insertion_scene(0.6);
+  scene.syringe.emplace().thumb_flow = 1e308;  // the pressure it would reach is infinite
+  const Trace trace = run_of(scene, 0);
+  CHECK(trace.diverged);
+  CHECK(trace.ticks < 600);
+  CHECK(trace.time.size() == static_cast<std::size_t>(trace.ticks));  // the first row, not the last
+  for (const Column& column : trace.columns) {
+    CHECK(column.values.size() == trace.time.size());
+    CHECK(std::ranges::all_of(column.values, [](double value) { return std::isfinite(value); }));
+  }
 }
 
 }  // namespace

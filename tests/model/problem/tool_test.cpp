@@ -188,6 +188,13 @@ TEST("a probe's face presses nodes with the pressure of a rigid face") {
   CHECK(square < mean + 1e-6);
 }
 
+TEST("a trajectory whose advance is lost to rounding rests instead of having vertices for ever") {
+  CHECK(Trajectory({.from = -0.001, .speed = 1e-30}, 2.0).place(1.0) == -0.001);
+  CHECK(Trajectory({.from = -9e18, .speed = 0.01}, 2.0).place(1.0) == -9e18);
+  const Drive steps{.technique = Drive::Technique::intermittent, .from = -9e18, .speed = 0.01};
+  CHECK(Trajectory(steps, 2.0).place(1.0) == -9e18);
+}
+
 TEST("a continuous trajectory moves at its speed to its depth, holds, and comes back") {
   const Trajectory path({.start = 0.1, .from = -0.001, .speed = 0.005}, 2.0);
   CHECK(path.place(0.0) == -0.001);

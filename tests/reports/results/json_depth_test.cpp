@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+
+#include <stdexcept>
+#include <string>
+
+#include "reports/results/results_json.hpp"
+#include "tests/check.hpp"
+
+namespace {
+
+using palpate::parse_json;
+
+TEST("JSON that is nested without end is refused, and texts hide no brackets") {
+  for (const std::string_view open : {"[", "{\"a\":", "[\"]]]\",", "{\"\\\"]}\":"}) {
+    std::string text = "{\"schema\":";
+    for (int n = 0; n < 100'000; ++n) { text += open; }
+    CHECK_THROWS_AS(std::runtime_error, parse_json(text), "more than 32 brackets");
+  }
+  const std::string brackets(1000, '[');
+  CHECK(parse_json("{\"a\\\\\":\"" + brackets + "\"}").at("a\\") == brackets);
+}
+
+TEST("results that are nested without end are refused with their file") {
+  const std::string deep = "{\"schema\":" + std::string(100'000, '[') + std::string(100'000, ']');
+  CHECK_THROWS_AS(palpate::InputError, palpate::results_from_json(deep + "}", "results.json"),
+                  "results.json: more than 32 brackets within each other");
+}
+
+}  // namespace
