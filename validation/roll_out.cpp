@@ -356,7 +356,10 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
     }
   }
   if (const std::string failure = subject.failure(); !failure.empty()) {
-    throw SubjectFailure(failure);
+    // An interrupt ends the call of a subject that does not answer.
+    if (control.stop == nullptr || !control.stop->load()) { throw SubjectFailure(failure); }
+    trace.diverged = false;
+    trace.interrupted = true;
   }
   sampler.finish();
   if (falcon && control.falcon != nullptr) { *control.falcon = falcon->facts(); }

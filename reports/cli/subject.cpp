@@ -57,6 +57,7 @@ std::vector<ExpectedFailure> read_expected(const std::filesystem::path& file,
 }
 
 void add_subject_options(CLI::App& command, SubjectChoice& choice) {
+  choice.stop = &interrupted;
   if (command.get_name() != "check") {
     add_value(command, "--subject", choice.subject, "SUBJECT",
               "simulator under test: model, PATH.so, exec:COMMAND or trace:FILE.csv [model]");

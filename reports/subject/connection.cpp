@@ -365,6 +365,7 @@ class PipeConnection final : public Connection {
       if (ready > 0) { return; }
       if (ready < 0 && errno != EINTR) { fail(std::string("poll: ") + std::strerror(errno)); }
       check_memory();
+      if (limits_.stop != nullptr && limits_.stop->load()) { fail("interrupted"); }
       if (Clock::now() >= until) {
         fail("no answer to " + call_name(call) + " within the time limit of " +
              std::to_string(static_cast<int>(limit_)) + " s");

@@ -3,6 +3,7 @@
 /// Connection to a subject: the calls of palpate_subject.h, to a library in this process or to a
 /// child process over a pipe.
 
+#include <atomic>
 #include <cstddef>
 #include <filesystem>
 #include <limits>
@@ -17,6 +18,7 @@ struct SubjectLimits {
   double load_seconds = 60.0;             ///< for hello and load
   double call_seconds = 10.0;             ///< for every other call
   std::size_t memory_bytes = 4UL << 30U;  ///< resident memory of the child process
+  const std::atomic<bool>* stop = nullptr;  ///< ends a call when it becomes true
 };
 
 /// Every call throws SubjectFailure if the subject crashes, exceeds a limit or breaks the protocol,

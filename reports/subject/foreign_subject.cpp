@@ -586,7 +586,8 @@ std::unique_ptr<Subject> make_subject(const SubjectChoice& choice,
   const SubjectLimits limits{
       .load_seconds = 6.0 * choice.time_limit,
       .call_seconds = choice.time_limit,
-      .memory_bytes = static_cast<std::size_t>(choice.memory_limit * 1048576.0)};
+      .memory_bytes = static_cast<std::size_t>(choice.memory_limit * 1048576.0),
+      .stop = choice.stop};
   try {
     return std::make_unique<ForeignSubject>(
         connect_subject(choice.subject, choice.in_process, limits), choice.options_json,

@@ -22,6 +22,7 @@ struct SubjectChoice {
   double time_limit = 10.0;            ///< of a call [s]; loading may take six times as long
   double memory_limit = 4096.0;        ///< of the child process [MiB]
   std::vector<std::string> columns{};  ///< NAME=ROLE of a trace
+  const std::atomic<bool>* stop = nullptr;  ///< ends a call when it becomes true
 
   [[nodiscard]] bool foreign() const { return !subject.empty() && subject != "model"; }
 };
