@@ -140,7 +140,9 @@ std::string version_text() {
 std::string reproducible(const CLI::App& command) {
   constexpr std::array<std::string_view, 6> without_effect{"--out",   "--quiet", "--jobs",
                                                            "--cache", "--data",  "--history"};
-  std::string text = "palpate " + command.get_name();
+  const CLI::App* parent = command.get_parent();
+  const bool nested = parent != nullptr && !parent->get_name().empty();
+  std::string text = "palpate " + (nested ? parent->get_name() + " " : "") + command.get_name();
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_name();
     if (option->count() == 0 || std::ranges::count(without_effect, name) > 0) { continue; }

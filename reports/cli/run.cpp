@@ -30,6 +30,7 @@
 #include "validation/palpation_map.hpp"
 #include "validation/refinement.hpp"
 #include "validation/roll_out.hpp"
+#include "validation/signal.hpp"
 
 namespace palpate::cli {
 namespace {
@@ -743,7 +744,9 @@ int run_scene(const RunOptions& options) {
   if (in_hand) { control.falcon = &result.falcon.emplace(); }
   if (foreign != nullptr) {
     result.subject = foreign->facts();
-    result.control = foreign->round_trip();
+    std::vector<double> empty;
+    for (int n = 0; n < 50; ++n) { empty.push_back(foreign->round_trip()); }
+    result.control = comparison::quantile(empty, 0.5);
     if (foreign->node_positions().cols() == 0) { samples = {.energy_range = samples.energy_range}; }
   }
   result.trace = roll_out(foreign != nullptr ? *foreign : loaded.subject, scene, samples, control);

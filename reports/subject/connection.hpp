@@ -15,9 +15,9 @@
 namespace palpate {
 
 struct SubjectLimits {
-  double load_seconds = 60.0;             ///< for hello and load
-  double call_seconds = 10.0;             ///< for every other call
-  std::size_t memory_bytes = 4UL << 30U;  ///< resident memory of the child process
+  double load_seconds = 60.0;               ///< for hello and load
+  double call_seconds = 10.0;               ///< for every other call
+  std::size_t memory_bytes = 4UL << 30U;    ///< resident memory of the child process
   const std::atomic<bool>* stop = nullptr;  ///< ends a call when it becomes true
 };
 
