@@ -6,8 +6,6 @@ endif()
 add_library(palpate_build_options INTERFACE)
 target_compile_features(palpate_build_options INTERFACE cxx_std_20)
 target_include_directories(palpate_build_options INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}")
-# Vectors begin where a cache line does: lattices lie in them register by register. Small ones stay as they are.
-target_compile_definitions(palpate_build_options INTERFACE EIGEN_MAX_ALIGN_BYTES=64 EIGEN_MAX_STATIC_ALIGN_BYTES=16)
 set(contraction -ffp-contract=off)  # the same bits on every machine
 if(PALPATE_FUSED)
   set(contraction -march=x86-64-v3 -ffp-contract=fast)
