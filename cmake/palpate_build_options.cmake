@@ -1,13 +1,11 @@
 # One interface target carries every flag; nothing is set globally.
-if(NOT CMAKE_BUILD_TYPE)
+if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
 
 add_library(palpate_build_options INTERFACE)
 target_compile_features(palpate_build_options INTERFACE cxx_std_20)
 target_include_directories(palpate_build_options INTERFACE "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}")
-# Vectors begin where a cache line does: lattices lie in them register by register. Small ones stay as they are.
-target_compile_definitions(palpate_build_options INTERFACE EIGEN_MAX_ALIGN_BYTES=64 EIGEN_MAX_STATIC_ALIGN_BYTES=16)
 set(contraction -ffp-contract=off)  # the same bits on every machine
 if(PALPATE_FUSED)
   set(contraction -march=x86-64-v3 -ffp-contract=fast)
@@ -75,13 +73,18 @@ endfunction()
 # UNITY: the optimised build compiles several files as one, which reads their headers once. The sanitized build compiles
 # every file alone, which also proves that each one includes what it uses.
 # palpate_add_library(<name> [UNITY] [PRECOMPILED] [LITTLE_OPTIMISED] SOURCES ... [PUBLIC ...] [PRIVATE ...]): one box of the
-# architecture, usable as palpate::<name>.
+# architecture, usable as palpate::<name>. The build options reach those who link it inside this project, and nobody else.
 function(palpate_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "UNITY;PRECOMPILED;LITTLE_OPTIMISED" "" "SOURCES;PUBLIC;PRIVATE")
   add_library(palpate_${name} STATIC ${arg_SOURCES})
   add_library(palpate::${name} ALIAS palpate_${name})
+  set(options_for PRIVATE)
+  if(PROJECT_IS_TOP_LEVEL)
+    set(options_for PUBLIC)
+  endif()
   target_link_libraries(palpate_${name}
-    PUBLIC palpate_build_options ${arg_PUBLIC}
+    ${options_for} $<BUILD_INTERFACE:palpate_build_options>
+    PUBLIC ${arg_PUBLIC}
     PRIVATE ${arg_PRIVATE})
   if(arg_UNITY AND NOT PALPATE_SANITIZE)
     set_target_properties(palpate_${name} PROPERTIES UNITY_BUILD ${PALPATE_UNITY} UNITY_BUILD_BATCH_SIZE 6)

@@ -1,11 +1,16 @@
 # Everything from Debian; docs/dependencies.md says why each is here and under which licence.
+# The model and the device need these, and no others.
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 # Headers alone; the target that its package offers asks for a library that it does not need.
 find_path(XSIMD_INCLUDE_DIR xsimd/xsimd.hpp REQUIRED)
+find_package(Boost 1.74 REQUIRED)  # headers alone
+if(PALPATE_PARTS STREQUAL "model")
+  return()
+endif()
+
 find_package(GSL 2.7 REQUIRED)
 find_package(SUNDIALS 6.4 REQUIRED)
-find_package(Boost 1.74 REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
 find_path(MUSTACHE_INCLUDE_DIR kainjow/mustache.hpp REQUIRED)

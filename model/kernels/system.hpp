@@ -9,16 +9,28 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <new>
 #include <vector>
 
 #include "model/problem/scene.hpp"
 
 namespace palpate {
 
-static_assert(EIGEN_DEFAULT_ALIGN_BYTES >= 64,
-              "compile with EIGEN_MAX_ALIGN_BYTES=64, as palpate_build_options does");
-
-template <class Real> using AlignedVector = std::vector<Real, Eigen::aligned_allocator<Real>>;
+/// Allocates at the beginning of a cache line.
+template <class Value> struct CacheLineAllocator {
+  using value_type = Value;
+  static constexpr std::align_val_t alignment{64};
+  CacheLineAllocator() = default;
+  template <class Other> CacheLineAllocator(const CacheLineAllocator<Other>& /*other*/) noexcept {}
+  [[nodiscard]] Value* allocate(std::size_t count) {
+    return static_cast<Value*>(::operator new(count * sizeof(Value), alignment));
+  }
+  void deallocate(Value* at, std::size_t count) noexcept {
+    ::operator delete(at, count * sizeof(Value), alignment);
+  }
+  bool operator==(const CacheLineAllocator& /*other*/) const noexcept { return true; }
+};
+template <class Real> using AlignedVector = std::vector<Real, CacheLineAllocator<Real>>;
 
 /// Layout of the node coordinates in the state vectors of the integrators.
 struct NodeLayout {

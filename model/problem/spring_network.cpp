@@ -7,6 +7,8 @@
 
 namespace palpate {
 
+bool has_same_eigen_memory_as_library(EigenMemoryHere /*memory*/) noexcept { return true; }
+
 Eigen::Vector3d LatticeShape::position(int i, int j, int l) const {
   return {spacing * (i - 0.5 * (nodes[0] - 1)), spacing * (j - 0.5 * (nodes[1] - 1)), spacing * l};
 }

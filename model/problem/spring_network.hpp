@@ -195,6 +195,16 @@ inline auto SpringList::end() const -> Iterator {
 
 using NodeVectors = Eigen::Matrix<double, 3, Eigen::Dynamic>;  ///< one column per node
 
+/// The way in which a compiler's options make Eigen allocate and align.
+template <bool plain_malloc, int static_alignment> struct EigenMemory {};
+/// Defined by the library for the way in which it was compiled. A program that was compiled in
+/// another way, for example with -mavx, does not link instead of freeing memory of the library in
+/// the wrong way (docs/install.md, "Eigen").
+using EigenMemoryHere =
+    EigenMemory<EIGEN_MALLOC_ALREADY_ALIGNED != 0, EIGEN_MAX_STATIC_ALIGN_BYTES>;
+bool has_same_eigen_memory_as_library(EigenMemoryHere) noexcept;
+inline const bool same_eigen_memory = has_same_eigen_memory_as_library({});
+
 /// Cell of eight nodes that resists changes of its volume (model/EQUATIONS.md, "Cell volume"). One
 /// of a material with nu = 1/4 has no stiffness.
 struct VolumeCell : CellNumbers<double> {
