@@ -55,7 +55,8 @@ TEST("every fault planted in a subject fails the cases that measure its effect")
                          {stiffer(), {"static"}},
                          {scaled(0.0), {"audit/stiffness"}},
                          {late_frames(), {"first-step"}},
-                         {drifting(), {"momentum", "energy", "rest"}},
+                         {drifting(), {"momentum", "energy", "rest", "patch"}},
+                         {missing_spring(), {"patch", "static"}},
                          {one_turned, {"invariance"}},
                          {odd_runs(), {"audit/repeat"}},
                          {weaker_force(), {"needle", "probe"}}});
