@@ -188,7 +188,13 @@ class Sampler {
     const std::size_t last = row_.size() - 1;
     if (options_.energy) { row_[options_.cells != nullptr ? last - 1 : last] = energy; }
     if (options_.cells != nullptr) { row_[last] = jacobian_; }
-    finite_ = std::ranges::all_of(row_, [](double value) { return std::isfinite(value); });
+    if (index == 0 && subject_.facts().carrier != "in process") {
+      for (const double value : row_) { absent_.push_back(std::isnan(value)); }
+    }
+    finite_ = true;
+    for (std::size_t n = 0; n < row_.size(); ++n) {
+      finite_ = finite_ && (std::isfinite(row_[n]) || (!absent_.empty() && absent_[n]));
+    }
     if (!finite_ && index > 0) { return; }
     trace_.time.push_back(subject_.time());
     for (std::size_t n = 0; n < row_.size(); ++n) { trace_.columns[n].values.push_back(row_[n]); }
@@ -285,6 +291,8 @@ class Sampler {
   std::size_t force_column_ = 0;
   std::size_t keyframes_taken_ = 0;
   std::size_t events_seen_ = 0;
+  std::vector<bool>
+      absent_{};  ///< columns that another simulator does not have: NaN from the start
   bool finite_ = true;
   double largest_force_ = 0.0;  ///< [N]
   double largest_time_ = 0.0;   ///< [s]

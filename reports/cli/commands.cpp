@@ -141,7 +141,7 @@ std::string reproducible(const CLI::App& command) {
   constexpr std::array<std::string_view, 6> without_effect{"--out",   "--quiet", "--jobs",
                                                            "--cache", "--data",  "--history"};
   const CLI::App* parent = command.get_parent();
-  const bool nested = parent != nullptr && !parent->get_name().empty();
+  const bool nested = parent != nullptr && parent->get_parent() != nullptr;
   std::string text = "palpate " + (nested ? parent->get_name() + " " : "") + command.get_name();
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_name();
