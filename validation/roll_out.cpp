@@ -152,7 +152,7 @@ class Sampler {
   /// Refuses a trace that would not fit in memory, before the first tick. A text takes as much as
   /// four numbers.
   void refuse_length(std::size_t rows) const {
-    constexpr double most = 1e8;  // 800 MB; traces of more values are not read either
+    constexpr auto most = static_cast<double>(most_trace_values);
     const double width = static_cast<double>(1 + trace_.columns.size() + 4 * texts_.size());
     const double values = static_cast<double>(rows) * width;
     if (values <= most) { return; }
@@ -162,7 +162,7 @@ class Sampler {
                      " values; at most 1e8, by a shorter duration, a longer step or fewer records");
   }
   void refuse_frames(std::size_t frames, Eigen::Index nodes) const {
-    constexpr double most = 1e8;  // coordinates: 800 MB
+    constexpr auto most = static_cast<double>(most_trace_values);
     const double values = 3.0 * static_cast<double>(frames) * static_cast<double>(nodes);
     if (values <= most) { return; }
     throw InputError("output.frames: " + std::to_string(frames) + " states of " +
@@ -188,7 +188,7 @@ class Sampler {
     const std::size_t last = row_.size() - 1;
     if (options_.energy) { row_[options_.cells != nullptr ? last - 1 : last] = energy; }
     if (options_.cells != nullptr) { row_[last] = jacobian_; }
-    if (index == 0 && subject_.facts().carrier != "in process") {
+    if (index == 0 && subject_.facts().sparse) {
       for (const double value : row_) { absent_.push_back(std::isnan(value)); }
     }
     finite_ = true;
@@ -409,6 +409,23 @@ Scene scene_of(const std::string& integrator, double step, double duration, int 
   scene.simulation.duration = duration;
   scene.simulation.substeps = substeps;
   scene.tissue.source = Source::network;
+  return scene;
+}
+
+Scene s26_scene(int nodes) {
+  Scene scene = scene_of("euler-cromer", 1e-3, 0.1);
+  scene.title = "S26, " + std::to_string(nodes) + " nodes a side";
+  scene.tissue.source = Source::lattice;
+  scene.tissue.fixed = std::vector<Face>{Face::z_min};
+  scene.tissue.lattice = {.nodes = {nodes, nodes, nodes},
+                          .spacing = 0.01,
+                          .weights = LatticeWeights::uniform,
+                          .stiffness = 50.0,
+                          .viscosity = 0.05,
+                          .node_mass = 1e-3};
+  const int middle = ((nodes - 1) * nodes + nodes / 2) * nodes + nodes / 2;
+  scene.loads = {{.nodes = {middle}, .force = {0.0, 0.0, 0.1}}};
+  scene.records = {{.name = "tip", .where = middle, .quantities = {RecordedQuantity::position}}};
   return scene;
 }
 

@@ -96,4 +96,9 @@ inline Trace roll_out(const CaseContext& context, Scene scene, const SampleOptio
 /// Returns a scene for a network that is created in memory; step and duration in s.
 Scene scene_of(const std::string& integrator, double step, double duration, int substeps = 1);
 
+/// Returns the agreed problem of mass-spring programs: n x n x n nodes of 1 g, 10 mm apart, 26
+/// neighbours with 50 N/m and 0.05 N s/m, one face fixed, 0.1 N on the middle node "tip" of the
+/// opposite face; semi-implicit Euler with 1 ms.
+Scene s26_scene(int nodes);
+
 }  // namespace palpate

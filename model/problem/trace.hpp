@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -14,6 +15,10 @@
 #include "model/problem/spring_network.hpp"
 
 namespace palpate {
+
+/// Largest number of values of a trace, written or read: 800 MB in memory, 8 hours at 1 kHz of a
+/// scene with a needle.
+inline constexpr std::size_t most_trace_values = 100'000'000;
 
 struct Column {
   std::string name{};            ///< as in trace.csv, e.g. "tip.x_m"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-/// The options of --subject, the list of known failures, and the commands `export`, `subject new`.
+/// The options of --subject, and the commands `export` and `subject new`.
 
 #include <algorithm>
 #include <array>
@@ -11,53 +11,14 @@
 #include "fixtures/io/csv_file.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/scene_folder.hpp"
-#include "fixtures/io/toml_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/expected_failures.hpp"
-
-namespace palpate::io {
-
-template <class Visitor> void fields(Visitor& v, cli::ExpectedFailure& f) {
-  v.value("case", f.of, required({}));
-  v.value("quantity", f.quantity, required({}));
-  v.value("reason", f.reason, required({}));
-}
-
-struct ExpectedList {
-  std::vector<cli::ExpectedFailure> failures{};
-};
-template <class Visitor> void fields(Visitor& v, ExpectedList& list) {
-  v.list("failure", list.failures);
-}
-
-}  // namespace palpate::io
 
 namespace palpate::cli {
 
-std::vector<ExpectedFailure> read_expected(const std::filesystem::path& file,
-                                           const std::vector<Case>& cases) {
-  io::Problems problems;
-  const io::TomlDocument document = io::read_toml(file, "a list of known failures", {}, problems);
-  io::ExpectedList list;
-  io::TomlReader reader(document.root, "", document.places, problems,
-                        [](std::string_view) { return std::string(); });
-  fields(reader, list);
-  reader.refuse_unknown_keys();
-  for (std::size_t n = 0; n < list.failures.size(); ++n) {
-    if (std::ranges::find(cases, list.failures[n].of, &Case::name) == cases.end() &&
-        !list.failures[n].of.empty()) {
-      problems.add(document.places, "failure[" + std::to_string(n) + "].case",
-                   "no case is named \"" + list.failures[n].of + "\"; validate --list shows them");
-    }
-  }
-  problems.throw_if_any();
-  return list.failures;
-}
-
 void add_subject_options(CLI::App& command, SubjectChoice& choice) {
-  choice.stop = &interrupted;
+  choice.limits.stop = &interrupted;
   if (command.get_name() != "check") {
     add_value(command, "--subject", choice.subject, "SUBJECT",
               "simulator under test: model, PATH.so, exec:COMMAND or trace:FILE.csv [model]");
@@ -71,11 +32,11 @@ void add_subject_options(CLI::App& command, SubjectChoice& choice) {
   command.add_flag("--in-process", choice.in_process,
                    "run a shared library in this process, for profilers; a crash ends the program");
   command
-      .add_option("--subject-time-limit", choice.time_limit,
+      .add_option("--subject-time-limit", choice.limits.call_seconds,
                   "seconds for a call to the simulator, six times as many to load [10]")
       ->check(number_range(1e-3, 1e6));
   command
-      .add_option("--subject-memory-limit", choice.memory_limit,
+      .add_option("--subject-memory-limit", choice.limits.memory_mib,
                   "memory of the simulator's process in MiB [4096]")
       ->check(number_range(1.0, 1e9));
   add_value(command, "--column", choice.columns, "NAME=ROLE",

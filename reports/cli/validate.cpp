@@ -18,16 +18,15 @@
 
 #include "fixtures/io/csv_tables.hpp"
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/toml_file.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
-#include "reports/cli/expected_failures.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
-#include "reports/results/subject_matrix.hpp"
 #include "reports/timing/child_process.hpp"
 #include "reports/timing/history.hpp"
 #include "reports/timing/paired_runs.hpp"
@@ -40,6 +39,34 @@ namespace palpate::build {
 const char* code_hash();
 
 }  // namespace palpate::build
+
+namespace palpate::cli {
+
+/// Known failure of a simulator (docs/subjects.md, "Known failures").
+struct ExpectedFailure {
+  std::string of{};        ///< name of the case
+  std::string quantity{};  ///< that fails; "error": the case ends with an error
+  std::string reason{};
+};
+
+}  // namespace palpate::cli
+
+namespace palpate::io {
+
+template <class Visitor> void fields(Visitor& v, cli::ExpectedFailure& f) {
+  v.value("case", f.of, required({}));
+  v.value("quantity", f.quantity, required({}));
+  v.value("reason", f.reason, required({}));
+}
+
+struct ExpectedList {
+  std::vector<cli::ExpectedFailure> failures{};
+};
+template <class Visitor> void fields(Visitor& v, ExpectedList& list) {
+  v.list("failure", list.failures);
+}
+
+}  // namespace palpate::io
 
 namespace palpate::cli {
 namespace {
@@ -374,6 +401,28 @@ reference::Cache cache_in(const std::filesystem::path& folder) {
   return cache;
 }
 
+/// Reads [[failure]] with case, quantity and reason. Throws InputError, also for a case that is
+/// not in the list.
+std::vector<ExpectedFailure> read_expected(const std::filesystem::path& file,
+                                           const std::vector<Case>& cases) {
+  io::Problems problems;
+  const io::TomlDocument document = io::read_toml(file, "a list of known failures", {}, problems);
+  io::ExpectedList list;
+  io::TomlReader reader(document.root, "", document.places, problems,
+                        [](std::string_view) { return std::string(); });
+  fields(reader, list);
+  reader.refuse_unknown_keys();
+  for (std::size_t n = 0; n < list.failures.size(); ++n) {
+    if (std::ranges::find(cases, list.failures[n].of, &Case::name) == cases.end() &&
+        !list.failures[n].of.empty()) {
+      problems.add(document.places, "failure[" + std::to_string(n) + "].case",
+                   "no case is named \"" + list.failures[n].of + "\"; validate --list shows them");
+    }
+  }
+  problems.throw_if_any();
+  return list.failures;
+}
+
 /// Changes outcomes by the list of known failures and returns those that changed. A known failure
 /// becomes a skip; one that passes, is skipped or fails in another quantity becomes a failure.
 std::vector<const Outcome*> apply_expected(const std::vector<ExpectedFailure>& expected,
@@ -505,7 +554,7 @@ int run_validate(const ValidateOptions& options) {
                          .keeps = true});
 }
 
-/// What to look at when a case of any subject fails, by its name without "subject/".
+/// Advice for a simulator that fails a case, by the name of the case without "subject/".
 const std::map<std::string, std::string>& advice() {
   static const std::map<std::string, std::string> texts{
       {"s26",
@@ -616,7 +665,8 @@ int run_bench(const BenchOptions& options) {
   if (options.subject.foreign()) {
     judging.title = "Benchmark of " + make_subject(options.subject)->facts().name;
     std::erase_if(judging.cases, [](const Case& one) { return !one.any_subject; });
-    judging.cases.push_back(subject_cases().front());  // s26: cost at equal error
+    const std::vector<std::string> s26{"subject/s26"};  // cost at equal error
+    std::ranges::move(select_cases(all_cases(), s26, false), std::back_inserter(judging.cases));
   }
   return judge(options, judging);
 }

@@ -46,6 +46,11 @@ const Quantity* tightest_quantity(const Outcome& outcome);
 std::string allowed_text(const Quantity& quantity);
 std::string measured_text(const Quantity& quantity);
 
+/// Returns one outcome that compares simulators on the same cases: verdicts, coverage, and the cost
+/// at equal error of S26. Each element is the results of one subject; its name is the entry
+/// "subject" of the provenance, and the model of this project has none.
+Results subject_matrix(const std::vector<Results>& subjects);
+
 /// Returns report.html. Output is deterministic: the same results give the same bytes.
 std::string to_html(const Results& results);
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-
-#include "reports/results/subject_matrix.hpp"
+/// Comparison of several simulators: their results on the same cases.
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <set>
 
+#include "reports/results/results.hpp"
 #include "validation/number_text.hpp"
 
 namespace palpate {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -14,20 +15,94 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
+#include <stdexcept>
+#include <string_view>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <thread>
+#include <type_traits>
 #include <unistd.h>
+#include <vector>
 
 #include "fixtures/io/csv_file.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/subject/frames.hpp"
 #include "reports/timing/child_process.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate {
 
 namespace {
+
+// Frames of the pipe (palpate_subject.h): bytes in and out.
+
+static_assert(std::endian::native == std::endian::little, "frames are written as they are");
+
+struct FrameHeader {
+  std::uint32_t length = 0;
+  std::uint16_t call = 0;
+  std::uint16_t status = 0;
+  std::uint64_t sequence = 0;
+};
+static_assert(sizeof(FrameHeader) == 16);
+
+/// Payloads above this size are refused: a state of 20 million nodes.
+constexpr std::uint32_t most_payload = 1U << 30U;
+
+/// Payload under construction, kept between frames so that it allocates once.
+class FrameWriter {
+ public:
+  void clear() { bytes_.clear(); }
+  template <class T>
+  requires std::is_trivially_copyable_v<T>
+  void add(const T& value) {
+    const auto* first = reinterpret_cast<const char*>(&value);
+    bytes_.insert(bytes_.end(), first, first + sizeof(T));
+  }
+  void add(const double* values, std::size_t count) {
+    const auto* first = reinterpret_cast<const char*>(values);
+    bytes_.insert(bytes_.end(), first, first + count * sizeof(double));
+  }
+  void add_text(std::string_view text) {
+    add(static_cast<std::uint32_t>(text.size()));
+    bytes_.insert(bytes_.end(), text.begin(), text.end());
+  }
+  [[nodiscard]] const std::vector<char>& bytes() const { return bytes_; }
+
+ private:
+  std::vector<char> bytes_{};
+};
+
+/// Reader of a payload. Throws std::length_error beyond its end.
+class FrameReader {
+ public:
+  explicit FrameReader(const std::vector<char>& bytes) : bytes_(bytes) {}
+
+  template <class T>
+  requires std::is_trivially_copyable_v<T> T take() {
+    T value;
+    std::memcpy(&value, next(sizeof(T)), sizeof(T));
+    return value;
+  }
+  void take(double* values, std::size_t count) {
+    if (count > 0) { std::memcpy(values, next(count * sizeof(double)), count * sizeof(double)); }
+  }
+  std::string take_text() {
+    const auto size = take<std::uint32_t>();
+    return {next(size), size};
+  }
+  [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
+
+ private:
+  const char* next(std::size_t size) {
+    if (size > left()) { throw std::length_error("the frame is too short"); }
+    const char* first = bytes_.data() + at_;
+    at_ += size;
+    return first;
+  }
+  const std::vector<char>& bytes_;
+  std::size_t at_ = 0;
+};
 
 using Clock = std::chrono::steady_clock;
 
@@ -159,7 +234,7 @@ class PipeConnection final : public Connection {
     start(std::move(words));
     writer_.clear();
     writer_.add(static_cast<std::uint32_t>(PALPATE_SUBJECT_ABI));
-    FrameReader answer = exchange(PALPATE_CALL_HELLO, limits_.load_seconds);
+    FrameReader answer = exchange(PALPATE_CALL_HELLO, limits_.load_seconds());
     const auto abi = taken<std::uint32_t>(answer, PALPATE_CALL_HELLO);
     if (abi != PALPATE_SUBJECT_ABI) {
       fail("version " + std::to_string(abi) + " of the interface; this program has version " +
@@ -182,12 +257,12 @@ class PipeConnection final : public Connection {
     writer_.clear();
     writer_.add_text(std::filesystem::absolute(folder).string());
     writer_.add_text(options);
-    (void)exchange(PALPATE_CALL_LOAD, limits_.load_seconds);
+    (void)exchange(PALPATE_CALL_LOAD, limits_.load_seconds());
   }
   void reset(std::uint64_t seed) override {
     writer_.clear();
     writer_.add(seed);
-    (void)exchange(PALPATE_CALL_RESET, limits_.load_seconds);
+    (void)exchange(PALPATE_CALL_RESET, limits_.load_seconds());
   }
   bool step(double time, double dt, const palpate_tool_input* input, palpate_tool_output* output,
             double& seconds) override {
@@ -237,7 +312,7 @@ class PipeConnection final : public Connection {
   }
   void close() override {
     writer_.clear();
-    (void)exchange(PALPATE_CALL_CLOSE, limits_.load_seconds);
+    (void)exchange(PALPATE_CALL_CLOSE, limits_.load_seconds());
   }
   double round_trip() override {
     writer_.clear();
@@ -373,9 +448,8 @@ class PipeConnection final : public Connection {
     }
   }
   void check_memory() {
-    if (resident_bytes() > limits_.memory_bytes) {
-      fail("uses more memory than the limit of " + std::to_string(limits_.memory_bytes >> 20U) +
-           " MiB");
+    if (static_cast<double>(resident_bytes()) > 1048576.0 * limits_.memory_mib) {
+      fail("uses more memory than the limit of " + plain_number(limits_.memory_mib, 6) + " MiB");
     }
   }
 

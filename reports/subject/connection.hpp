@@ -15,10 +15,11 @@
 namespace palpate {
 
 struct SubjectLimits {
-  double load_seconds = 60.0;               ///< for hello and load
-  double call_seconds = 10.0;               ///< for every other call
-  std::size_t memory_bytes = 4UL << 30U;    ///< resident memory of the child process
+  double call_seconds = 10.0;               ///< of a call; hello, load and reset may take six times
+  double memory_mib = 4096.0;               ///< resident memory of the child process [MiB]
   const std::atomic<bool>* stop = nullptr;  ///< ends a call when it becomes true
+
+  [[nodiscard]] double load_seconds() const { return 6.0 * call_seconds; }
 };
 
 /// Every call throws SubjectFailure if the subject crashes, exceeds a limit or breaks the protocol,

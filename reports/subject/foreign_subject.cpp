@@ -30,7 +30,11 @@ class ForeignSubject final : public Subject {
         options_json_(std::move(options_json)),
         file_(std::move(file)) {}
 
-  [[nodiscard]] SubjectFacts facts() const override { return connection_->facts(); }
+  [[nodiscard]] SubjectFacts facts() const override {
+    SubjectFacts facts = connection_->facts();
+    facts.sparse = true;
+    return facts;
+  }
 
   void load(const Scene& scene, const SpringNetwork& network, bool /*skip*/) override {
     const Capabilities can = facts().capabilities;
@@ -79,9 +83,8 @@ class ForeignSubject final : public Subject {
       seconds_ = seconds;
       ++ticks_;
       if (tool_) { take_output(given, output); }
-      fetch();
-      const bool finite = !has_state_ || state_.allFinite();
-      return diverged || !finite ? StepStatus::diverged : StepStatus::ok;
+      stale_ = true;
+      return diverged ? StepStatus::diverged : StepStatus::ok;
     } catch (const std::exception& problem) {
       failure_ = std::string(problem.what()) + " (step at t = " + plain_number(time()) + " s)";
       return StepStatus::diverged;
@@ -93,6 +96,19 @@ class ForeignSubject final : public Subject {
     return connection_->resident_bytes();
   }
   double round_trip() override { return connection_->round_trip(); }
+  Eigen::Vector3d reported_energy() override {
+    Eigen::Vector3d joule;
+    as_declared("energy", [&] { connection_->energy(joule.data()); });
+    return joule;
+  }
+  void set_state(const NodeVectors& position, const NodeVectors& velocity) override {
+    as_declared("set-state", [&] {
+      connection_->set_state(position.data(), velocity.data(),
+                             static_cast<std::size_t>(position.cols()));
+    });
+    stale_ = true;
+    fetch();
+  }
 
   [[nodiscard]] double time() const noexcept override {
     return static_cast<double>(ticks_) * scene_.simulation.step;
@@ -115,6 +131,7 @@ class ForeignSubject final : public Subject {
     return columns;
   }
   void sample(std::span<double> row) noexcept override {
+    if (!items_.empty()) { fetch(); }
     std::size_t column = 0;
     bool forces = false;
     for (const Item& item : items_) {
@@ -176,10 +193,13 @@ class ForeignSubject final : public Subject {
   }
   [[nodiscard]] NodeVectors node_positions() override {
     if (!has_state_) { return problem_->held_position(); }
+    fetch();
     return state_.leftCols(problem_->network().node_count());
   }
   void node_positions(Eigen::Ref<NodeVectors> all) noexcept override {
-    if (has_state_) { all = state_.leftCols(all.cols()); }
+    if (!has_state_) { return; }
+    fetch();
+    all = state_.leftCols(all.cols());
   }
   [[nodiscard]] ToolReport tool() noexcept override { return report_; }
   [[nodiscard]] ToolMotion tool_motion() const noexcept override {
@@ -246,20 +266,27 @@ class ForeignSubject final : public Subject {
       (void)connection_->step(0.0, 0.0, &given, &output, seconds);
       take_output(given, output);
     }
+    stale_ = true;
     fetch();
+    if (!failure_.empty()) { throw SubjectFailure(failure_); }
   }
-  void fetch() {
-    if (!has_state_) { return; }
+  /// Reads the state after a step, once it is needed. A failure ends the run at the next step.
+  void fetch() noexcept {
+    if (!has_state_ || !stale_ || !failure_.empty()) { return; }
     const auto nodes = static_cast<std::size_t>(problem_->network().node_count());
-    as_declared("state",
-                [&] { connection_->get_state(state_.data(), state_.data() + 3 * nodes, nodes); });
+    try {
+      as_declared("state",
+                  [&] { connection_->get_state(state_.data(), state_.data() + 3 * nodes, nodes); });
+      stale_ = false;
+    } catch (const std::exception& problem) { failure_ = problem.what(); }
   }
   [[nodiscard]] Eigen::Vector3d position(int node) const { return state_.col(node); }
   [[nodiscard]] Eigen::Vector3d velocity(int node) const {
     return state_.col(problem_->network().node_count() + node);
   }
-  void gather(Eigen::Index first, Eigen::Ref<Eigen::VectorXd> values) const noexcept {
+  void gather(Eigen::Index first, Eigen::Ref<Eigen::VectorXd> values) noexcept {
     if (!has_state_) { return; }
+    fetch();
     Eigen::Index n = 0;
     for (const int node : problem_->free_nodes()) {
       values.segment<3>(n) = state_.col(first + node);
@@ -381,6 +408,7 @@ class ForeignSubject final : public Subject {
   std::optional<io::PrescribedTool> tool_{};
   std::optional<NeedlePath> path_{};
   bool has_state_ = false;
+  bool stale_ = false;   ///< state_ is that before the last step
   NodeVectors state_{};  ///< positions of all nodes, then their velocities [m, m/s]
   Eigen::VectorXd position_{};
   Eigen::VectorXd velocity_{};
@@ -437,7 +465,9 @@ class TraceSubject final : public Subject {
     return {.name = file_.filename().string(),
             .carrier = "trace",
             .capabilities = every_capability & ~(PALPATE_CAN_STATE | PALPATE_CAN_SET_STATE |
-                                                 PALPATE_CAN_ENERGY | PALPATE_CAN_REPEAT)};
+                                                 PALPATE_CAN_ENERGY | PALPATE_CAN_REPEAT),
+            .replayed = true,
+            .sparse = true};
   }
   void load(const Scene& scene, const SpringNetwork& network, bool /*skip*/) override {
     (void)needs_of(scene, network);
@@ -583,14 +613,9 @@ std::unique_ptr<Subject> make_subject(const SubjectChoice& choice,
   if (!choice.columns.empty()) {
     throw InputError("--column assigns columns of a trace; --subject trace:FILE.csv has them");
   }
-  const SubjectLimits limits{
-      .load_seconds = 6.0 * choice.time_limit,
-      .call_seconds = choice.time_limit,
-      .memory_bytes = static_cast<std::size_t>(choice.memory_limit * 1048576.0),
-      .stop = choice.stop};
   try {
     return std::make_unique<ForeignSubject>(
-        connect_subject(choice.subject, choice.in_process, limits), choice.options_json,
+        connect_subject(choice.subject, choice.in_process, choice.limits), choice.options_json,
         std::move(file));
   } catch (const SubjectFailure& problem) {
     throw InputError("--subject " + io::shown(choice.subject) + ": " + problem.what());

@@ -16,13 +16,11 @@ namespace palpate {
 
 /// Choice of the simulator under test on a command line.
 struct SubjectChoice {
-  std::string subject{};               ///< "", "model", PATH.so, exec:COMMAND or trace:FILE.csv
-  std::string options_json = "{}";     ///< passed to load()
-  bool in_process = false;             ///< a library runs in this process
-  double time_limit = 10.0;            ///< of a call [s]; loading may take six times as long
-  double memory_limit = 4096.0;        ///< of the child process [MiB]
+  std::string subject{};            ///< "", "model", PATH.so, exec:COMMAND or trace:FILE.csv
+  std::string options_json = "{}";  ///< passed to load()
+  bool in_process = false;          ///< a library runs in this process
+  SubjectLimits limits{};
   std::vector<std::string> columns{};  ///< NAME=ROLE of a trace
-  const std::atomic<bool>* stop = nullptr;  ///< ends a call when it becomes true
 
   [[nodiscard]] bool foreign() const { return !subject.empty() && subject != "model"; }
 };

@@ -62,26 +62,6 @@ std::vector<Workload> workloads() {
                  tools::seven_published_layers(6), "implicit-euler")};
 }
 
-Scene s26_scene(int n) {
-  Scene scene;
-  scene.title = "S26, " + std::to_string(n) + " nodes a side";
-  scene.simulation = {.duration = 0.1, .step = 1e-3, .integrator = "euler-cromer"};
-  scene.simulation.substeps = 1;
-  scene.tissue.source = Source::lattice;
-  scene.tissue.fixed = std::vector<Face>{Face::z_min};
-  scene.tissue.lattice = {.nodes = {n, n, n},
-                          .spacing = 0.01,
-                          .connectivity = 26,
-                          .weights = LatticeWeights::uniform,
-                          .stiffness = 50.0,
-                          .viscosity = 0.05,
-                          .node_mass = 1e-3};
-  const int middle = ((n - 1) * n + n / 2) * n + n / 2;
-  scene.loads = {{.nodes = {middle}, .force = {0.0, 0.0, 0.1}}};
-  scene.records = {{.name = "tip", .where = middle, .quantities = {RecordedQuantity::position}}};
-  return scene;
-}
-
 Workload find_workload(const std::string& name) {
   std::vector<Workload> all = workloads();
   const auto found = std::ranges::find(all, name, &Workload::name);

@@ -62,10 +62,6 @@ std::vector<Case> instruction_cases(const timing::InstructionCounter& counter);
 /// Returns all cases in that order.
 std::vector<Case> all_benches(const timing::InstructionCounter& counter);
 
-/// Returns the benchmark problem for mass-spring programs: n x n x n nodes of 1 g, 10 mm apart, 26
-/// neighbours with 50 N/m and 0.05 N s/m, one face fixed, 0.1 N on the middle of the opposite face.
-Scene s26_scene(int n);
-
 // Comparison of two builds of the model by wall clock in pairs and by instructions.
 
 /// Times and instruction counts of two builds for one scene.

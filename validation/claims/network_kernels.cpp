@@ -197,19 +197,10 @@ void measure_kernels(const CaseContext& context, Outcome& outcome) {
 
 using Eigen::Index;
 
-/// A cube pulled at the middle of its face, as a scene that builds its own network.
+/// S26 with another scheme.
 Scene pulled_cube(int nodes, const std::string& scheme, double step, double duration) {
-  Scene scene = scene_of(scheme, step, duration);
-  scene.tissue.source = Source::lattice;
-  scene.tissue.fixed = std::vector{Face::z_min};
-  scene.tissue.lattice = {.nodes = {nodes, nodes, nodes},
-                          .spacing = 0.01,
-                          .weights = LatticeWeights::uniform,
-                          .stiffness = 50.0,
-                          .viscosity = 0.05,
-                          .node_mass = 1e-3};
-  scene.loads = {
-      {.nodes = {((nodes - 1) * nodes + nodes / 2) * nodes + nodes / 2}, .force = {0.0, 0.0, 0.1}}};
+  Scene scene = s26_scene(nodes);
+  scene.simulation = scene_of(scheme, step, duration).simulation;
   return scene;
 }
 

@@ -36,7 +36,7 @@ class SubjectFailure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What a subject says about itself.
+/// Self-description of a subject.
 struct SubjectFacts {
   std::string name{};
   std::string version{};
@@ -44,6 +44,8 @@ struct SubjectFacts {
   std::string parameters{};  ///< names, comma-separated
   std::string carrier{};     ///< "in process", "shared library", "pipe", "trace"
   Capabilities capabilities = 0;
+  bool replayed = false;  ///< a trace: one step, one stiffness, no time
+  bool sparse = false;    ///< columns that it does not have are NaN from the first row on
 };
 
 }  // namespace palpate

@@ -67,6 +67,12 @@ class Subject {
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> position) noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> velocity) noexcept = 0;
   [[nodiscard]] virtual double energy() noexcept = 0;  ///< [J]
+  /// Returns the kinetic, elastic and dissipated energy that the subject itself reports [J]. Only
+  /// with PALPATE_CAN_ENERGY.
+  virtual Eigen::Vector3d reported_energy() { return Eigen::Vector3d::Zero(); }
+  /// Sets positions and velocities of all nodes, 3 x nodes [m, m/s]. Only with
+  /// PALPATE_CAN_SET_STATE.
+  virtual void set_state(const NodeVectors& /*position*/, const NodeVectors& /*velocity*/) {}
   /// Returns the positions of all nodes [m], 3 x nodes; no columns without nodes.
   [[nodiscard]] virtual NodeVectors node_positions() = 0;
   /// Writes the positions of all nodes [m], 3 x nodes, without allocation.
@@ -91,7 +97,8 @@ class ModelSubject final : public Subject {
             .licence = "MIT",
             .parameters = "substeps",
             .carrier = "in process",
-            .capabilities = every_capability & ~PALPATE_CAN_OWN_DISCRETISATION};
+            .capabilities = every_capability & ~(PALPATE_CAN_OWN_DISCRETISATION |
+                                                 PALPATE_CAN_SET_STATE | PALPATE_CAN_ENERGY)};
   }
   void load(const Scene& scene, const SpringNetwork& network, bool skip) override {
     network.node_count() == 0 ? simulation_.emplace(scene, skip)

@@ -65,6 +65,19 @@ static int state_with_fault(palpate_subject* s, double* position, double* veloci
   return is("claims") ? PALPATE_UNSUPPORTED : status;
 }
 
+static int set_with_fault(palpate_subject* s, const double* position, const double* velocity,
+                          size_t nodes) {
+  const int status = set_state(s, position, velocity, nodes);
+  if (is("set-state")) { memset(s->v, 0, 3 * nodes * sizeof(double)); }
+  return status;
+}
+
+static int energy_with_fault(palpate_subject* s, double joule[3]) {
+  const int status = energy(s, joule);
+  if (is("energy")) { joule[0] *= 2.0; }
+  return is("claims") ? PALPATE_UNSUPPORTED : status;
+}
+
 static int reset_with_fault(palpate_subject* s, uint64_t seed) {
   const int status = reset(s, seed);
   if (is("reset")) { s->v[3 * (s->nodes - 1)] = 1e-3; }
@@ -77,5 +90,7 @@ PALPATE_SUBJECT_EXPORT const palpate_subject_api* palpate_subject_api_v1(void) {
   table.step = step_with_fault;
   table.get_state = state_with_fault;
   table.reset = reset_with_fault;
+  table.set_state = set_with_fault;
+  table.energy = energy_with_fault;
   return &table;
 }

@@ -20,8 +20,7 @@ const std::string faulty = PALPATE_FAULTY_SUBJECT;
 SubjectChoice with_fault(const std::string& fault) {
   return {.subject = faulty,
           .options_json = "{\"fault\": \"" + fault + "\"}",
-          .time_limit = 1.0,
-          .memory_limit = 512.0};
+          .limits = {.call_seconds = 1.0, .memory_mib = 512.0}};
 }
 
 Outcome judge(const std::string& name, const SubjectChoice& choice) {
@@ -76,6 +75,11 @@ TEST("a subject that ignores the stiffness or keeps that of the first scene fail
 TEST("a subject that does not reset, or whose memory grows, fails") {
   check_verdict("audit/repeat", "reset", Status::fail);
   check_verdict("audit/memory", "leak", Status::fail);
+}
+
+TEST("a subject that reports a wrong energy, or sets half a state, fails") {
+  check_verdict("energy-report", "energy", Status::fail);
+  check_verdict("set-state", "set-state", Status::fail);
 }
 
 TEST("what a shared library prints does not damage its answers") {
