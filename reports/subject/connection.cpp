@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "fixtures/io/csv_file.hpp"
+#include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/timing/child_process.hpp"
 #include "validation/number_text.hpp"
@@ -120,7 +121,7 @@ std::string call_name(int call) {
 /// Throws for every status but OK and DIVERGED.
 void check(int status, int call, const std::string& text) {
   if (status == PALPATE_OK || (status == PALPATE_DIVERGED && call == PALPATE_CALL_STEP)) { return; }
-  const std::string why = text.empty() ? "" : ": " + io::shown(text);
+  const std::string why = text.empty() ? "" : ": " + io::printable(text);
   if (status == PALPATE_UNSUPPORTED) {
     throw CannotDo("the subject answers \"unsupported\" to " + call_name(call) + why);
   }
@@ -237,8 +238,8 @@ class PipeConnection final : public Connection {
     FrameReader answer = exchange(PALPATE_CALL_HELLO, limits_.load_seconds());
     const auto abi = taken<std::uint32_t>(answer, PALPATE_CALL_HELLO);
     if (abi != PALPATE_SUBJECT_ABI) {
-      fail("version " + std::to_string(abi) + " of the interface; this program has version " +
-           std::to_string(PALPATE_SUBJECT_ABI));
+      fail("speaks version " + std::to_string(abi) +
+           " of the interface; this program has version " + std::to_string(PALPATE_SUBJECT_ABI));
     }
     try {
       facts_.capabilities = answer.take<std::uint64_t>();
@@ -246,7 +247,7 @@ class PipeConnection final : public Connection {
            {&facts_.name, &facts_.version, &facts_.licence, &facts_.parameters}) {
         *text = io::shown(answer.take_text());
       }
-    } catch (const std::length_error&) { fail("its answer to hello is too short"); }
+    } catch (const std::length_error&) { fail("gave an answer to hello that is too short"); }
     facts_.carrier = std::move(carrier);
   }
   ~PipeConnection() override { stop(); }
@@ -286,7 +287,7 @@ class PipeConnection final : public Connection {
     writer_.add(static_cast<std::uint64_t>(nodes));
     FrameReader answer = exchange(PALPATE_CALL_GET_STATE, limits_.call_seconds);
     if (answer.left() != 6 * nodes * sizeof(double)) {
-      fail("its answer to get_state has " + std::to_string(answer.left()) + " bytes; " +
+      fail("answered get_state with " + std::to_string(answer.left()) + " bytes; must be " +
            std::to_string(6 * nodes * sizeof(double)) + " for " + std::to_string(nodes) + " nodes");
     }
     answer.take(position, 3 * nodes);
@@ -366,7 +367,6 @@ class PipeConnection final : public Connection {
     to_ = to[1];
     from_ = from[0];
     if (child_ < 0) { throw SubjectFailure("the subject cannot be started: no more processes"); }
-    name_ = words.back();
   }
 
   void stop() noexcept {
@@ -394,7 +394,7 @@ class PipeConnection final : public Connection {
       waitpid(child_, nullptr, 0);
       child_ = -1;
     }
-    failed_ = "the subject " + name_ + ": " + why + last_words();
+    failed_ = "the subject " + why + last_words();
     throw SubjectFailure(failed_);
   }
 
@@ -408,7 +408,7 @@ class PipeConnection final : public Connection {
     while (!all.empty() && (all.back() == '\n' || all.back() == '\r')) { all.remove_suffix(1); }
     if (all.empty()) { return {}; }
     const auto line = all.rfind('\n');
-    return "; its last message: " + io::shown(line == all.npos ? all : all.substr(line + 1));
+    return "; its last message: " + io::printable(line == all.npos ? all : all.substr(line + 1));
   }
 
   /// Ends with the reason why the child closed its pipe.
@@ -422,10 +422,12 @@ class PipeConnection final : public Connection {
     if (ended == child_) { child_ = -1; }
     const std::string where = " in " + call_name(call);
     if (ended > 0 && WIFSIGNALED(status)) {
-      fail("killed by " + signal_text(WTERMSIG(status)) + where);
+      fail("was killed by " + signal_text(WTERMSIG(status)) + where);
     }
     if (ended > 0 && WIFEXITED(status)) {
-      if (WEXITSTATUS(status) == 127) { fail("the command was not found, or cannot be run"); }
+      if (WEXITSTATUS(status) == 127) {
+        fail("did not start: the command was not found, or cannot be run");
+      }
       fail("ended with exit code " + std::to_string(WEXITSTATUS(status)) + where);
     }
     fail("closed its output" + where);
@@ -438,11 +440,13 @@ class PipeConnection final : public Connection {
       const int wait = static_cast<int>(std::clamp<long>(left.count() + 1, 0, 100));
       const int ready = poll(&one, 1, wait);
       if (ready > 0) { return; }
-      if (ready < 0 && errno != EINTR) { fail(std::string("poll: ") + std::strerror(errno)); }
+      if (ready < 0 && errno != EINTR) {
+        fail(std::string("cannot be reached, poll: ") + std::strerror(errno));
+      }
       check_memory();
-      if (limits_.stop != nullptr && limits_.stop->load()) { fail("interrupted"); }
+      if (limits_.stop != nullptr && limits_.stop->load()) { fail("was interrupted"); }
       if (Clock::now() >= until) {
-        fail("no answer to " + call_name(call) + " within the time limit of " +
+        fail("gave no answer to " + call_name(call) + " within the time limit of " +
              std::to_string(static_cast<int>(limit_)) + " s");
       }
     }
@@ -458,7 +462,9 @@ class PipeConnection final : public Connection {
       wait_for(to_, POLLOUT, until, call);
       const ssize_t sent = write(to_, bytes, std::min<std::size_t>(size, 65536));
       if (sent < 0 && errno == EPIPE) { fail_ended(call); }
-      if (sent < 0 && errno != EINTR) { fail(std::string("write: ") + std::strerror(errno)); }
+      if (sent < 0 && errno != EINTR) {
+        fail(std::string("cannot be reached, write: ") + std::strerror(errno));
+      }
       if (sent > 0) {
         bytes += sent;
         size -= static_cast<std::size_t>(sent);
@@ -470,7 +476,9 @@ class PipeConnection final : public Connection {
       wait_for(from_, POLLIN, until, call);
       const ssize_t got = read(from_, bytes, size);
       if (got == 0) { fail_ended(call); }
-      if (got < 0 && errno != EINTR) { fail(std::string("read: ") + std::strerror(errno)); }
+      if (got < 0 && errno != EINTR) {
+        fail(std::string("cannot be reached, read: ") + std::strerror(errno));
+      }
       if (got > 0) {
         bytes += got;
         size -= static_cast<std::size_t>(got);
@@ -495,7 +503,7 @@ class PipeConnection final : public Connection {
     FrameHeader answer;
     receive(reinterpret_cast<char*>(&answer), sizeof answer, until, call);
     if (answer.call != call || answer.sequence != sequence_ || answer.length > most_payload) {
-      fail("its answer to " + call_name(call) + " begins with \"" +
+      fail("answered " + call_name(call) + " with \"" +
            io::shown({reinterpret_cast<const char*>(&answer), sizeof answer}) +
            "\", which is not a frame; standard output must hold frames only");
     }
@@ -507,7 +515,7 @@ class PipeConnection final : public Connection {
     if (status_ != PALPATE_OK && !answer_.empty() && call == PALPATE_CALL_LOAD) {
       try {
         text = FrameReader(answer_).take_text();
-      } catch (const std::length_error&) { fail("its answer to load is too short"); }
+      } catch (const std::length_error&) { fail("gave an answer to load that is too short"); }
     }
     check(status_, call, text);
     return FrameReader(answer_);
@@ -517,13 +525,12 @@ class PipeConnection final : public Connection {
     try {
       return answer.take<T>();
     } catch (const std::length_error&) {
-      fail("its answer to " + call_name(call) + " is too short");
+      fail("gave an answer to " + call_name(call) + " that is too short");
     }
   }
 
   SubjectLimits limits_;
   bool host_;
-  std::string name_{};
   pid_t child_ = -1;
   int to_ = -1;
   int from_ = -1;
@@ -632,7 +639,7 @@ const palpate_subject_api& open_library(const std::filesystem::path& path) {
   const std::string file = path.string();
   void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
-    throw InputError(file + ": cannot be loaded: " + io::shown(text_of(dlerror())));
+    throw InputError(file + ": cannot be loaded: " + io::printable(text_of(dlerror())));
   }
   const auto function =
       reinterpret_cast<palpate_subject_api_function>(dlsym(library, "palpate_subject_api_v1"));

@@ -453,6 +453,7 @@ class TraceSubject final : public Subject {
       table.find_separator();
       table.split(table.line());
       add_columns(table, roles, problems);
+      problems.throw_if_any();
       while (table.next()) { add_row(table); }
     }
     problems.throw_if_any();
@@ -618,7 +619,7 @@ std::unique_ptr<Subject> make_subject(const SubjectChoice& choice,
         connect_subject(choice.subject, choice.in_process, choice.limits), choice.options_json,
         std::move(file));
   } catch (const SubjectFailure& problem) {
-    throw InputError("--subject " + io::shown(choice.subject) + ": " + problem.what());
+    throw InputError("--subject " + io::printable(choice.subject) + ": " + problem.what());
   }
 }
 
