@@ -89,7 +89,8 @@ std::string drive_in_words(const Drive& drive) {
 
 Json interval_json(const PathInterval& interval) {
   return object("label", interval.label, "begin_m", interval.begin, "end_m",
-                finite_or_null(interval.end), "cutting_force_n",
+                finite_or_null(interval.end), "puncture_force_n",
+                finite_or_null(interval.puncture_force), "cutting_force_n",
                 finite_or_null(interval.cutting_force), "friction_n_per_m", interval.friction,
                 "role", scene_word(interval.role));
 }
@@ -165,11 +166,12 @@ std::string cell(const Json& value, double scale) {
 }
 
 void print_line(const Json& line) {
-  std::printf("  %9s %9s %10s %13s  %-14s  %s\n", "from mm", "to mm", "cutting N", "friction N/m",
-              "role", "layer");
+  std::printf("  %9s %9s %10s %10s %13s  %-14s  %s\n", "from mm", "to mm", "puncture N",
+              "cutting N", "friction N/m", "role", "layer");
   for (const Json& each : line) {
-    std::printf("  %9s %9s %10s %13s  %-14s  %s\n", cell(each["begin_m"], mm).c_str(),
-                cell(each["end_m"], mm).c_str(), cell(each["cutting_force_n"], 1.0).c_str(),
+    std::printf("  %9s %9s %10s %10s %13s  %-14s  %s\n", cell(each["begin_m"], mm).c_str(),
+                cell(each["end_m"], mm).c_str(), cell(each["puncture_force_n"], 1.0).c_str(),
+                cell(each["cutting_force_n"], 1.0).c_str(),
                 cell(each["friction_n_per_m"], 1.0).c_str(),
                 each["role"].get<std::string>().c_str(), each["label"].get<std::string>().c_str());
   }
