@@ -70,8 +70,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
-                                                      "dashed", "band",   "area"};
+constexpr std::array<std::string_view, 7> style_names{
+    "line", "points", "line-and-points", "dashed", "band", "area", "thin"};
 
 double limit_from(const Json& json, double open) {
   return json.is_null() ? open : number_from_json(json);
