@@ -4,12 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
+#include <fcntl.h>
 #include <fstream>
+#include <sys/file.h>
 #include <system_error>
 #include <thread>
+#include <unistd.h>
 
 #include "palpate_version.hpp"
 
@@ -21,12 +26,37 @@ namespace palpate::cli {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Locks a folder until the process ends; `operation` is that of flock(). Returns false if another
+/// process holds the lock.
+bool lock_until_end(const fs::path& folder, int operation) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) {
+    throw InputError(folder.string() + ": cannot be opened: " + std::strerror(errno) +
+                     "; a folder that can be read");
+  }
+  while (flock(descriptor, operation) != 0) {
+    if (errno == EWOULDBLOCK) { return false; }
+    if (errno != EINTR) { break; }  // no locks on this file system
+  }
+  return true;
+}
+
+}  // namespace
+
+void lock_folder(const fs::path& folder) { (void)lock_until_end(folder, LOCK_EX); }
+
 fs::path CommonOptions::make_folder() const {
   const fs::path folder = out.empty() ? fs::path("palpate-out") / name : out;
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
+  }
+  if (!lock_until_end(folder, LOCK_EX | LOCK_NB)) {
+    throw InputError(folder.string() +
+                     ": another palpate writes to it; wait until it ends, or use another --out");
   }
   return folder;
 }
