@@ -168,8 +168,8 @@ std::string version_text() {
 }
 
 std::string reproducible(const CLI::App& command) {
-  constexpr std::array<std::string_view, 6> without_effect{"--out",   "--quiet", "--jobs",
-                                                           "--cache", "--data",  "--history"};
+  constexpr std::array<std::string_view, 7> without_effect{
+      "--out", "--quiet", "--jobs", "--cache", "--data", "--history", "--slack"};
   const CLI::App* parent = command.get_parent();
   const bool nested = parent != nullptr && parent->get_parent() != nullptr;
   std::string text = "palpate " + (nested ? parent->get_name() + " " : "") + command.get_name();

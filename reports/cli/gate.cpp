@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "fixtures/io/child_read.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "model/kernels/instruction_set.hpp"
 #include "model/problem/input_error.hpp"
@@ -177,6 +178,7 @@ std::vector<std::vector<Outcome>> run_variants(const ApproveOptions& options,
       std::fflush(stdout);
     }
     const timing::ChildEnd end = timing::run_child(words, &interrupted);
+    if (end.stopped) { throw io::ReadInterrupted(); }
     if (end.status != done) {
       throw InputError(options.results.string() + ": its scene with " + environment + ": " +
                        end.last_words() + "; a run that ends well in each variant");

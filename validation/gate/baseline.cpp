@@ -217,6 +217,24 @@ void describe_case(const AcceptedCase& before, const AcceptedCase& now,
   }
 }
 
+/// Adds the curves that rounding moves out of their tube, where the gate allows more than
+/// elsewhere.
+void describe_wide_spreads(const AcceptedCase& accepted, std::vector<std::string>& lines) {
+  for (const Figure& figure : accepted.outcome.figures) {
+    for (std::size_t n = 0; n < figure.series.size(); ++n) {
+      const std::string name = curve_name(figure, n);
+      const auto spread = accepted.spread.curves.find(name);
+      if (figure.y.logarithmic || spread == accepted.spread.curves.end()) { continue; }
+      const double allowed = spread_margin * spread->second;
+      const double tube = tube_around(figure, n).y;
+      if (!(allowed > tube)) { continue; }
+      lines.push_back(accepted.outcome.name + ": " + name + ": rounding moves it by " +
+                      plain_number(spread->second, 2) + ", so the gate allows " +
+                      plain_number(allowed, 2) + " in place of " + plain_number(tube, 2));
+    }
+  }
+}
+
 }  // namespace
 
 Baseline accept(const Baseline& old, const Acceptance& acceptance) {
@@ -264,6 +282,7 @@ std::vector<std::string> described_changes(const Baseline& old, const Baseline& 
       describe_case(*before, now, lines);
     }
     const bool taken = std::ranges::count(updated.ledger.back().cases, now.outcome.name) > 0;
+    if (taken) { describe_wide_spreads(now, lines); }
     if (taken && fails(now.outcome)) {
       lines.push_back(now.outcome.name + ": accepted although it is " +
                       std::string(name_of(now.outcome.status)) +

@@ -116,6 +116,14 @@ TEST("a results.json that is cut, of another schema or without its traces is ref
     other.replace(other.find(found), found.size(), changed);
     CHECK_THROWS(results_from_json(other, "results.json"), reason);
   }
+  CHECK_THROWS(results_from_json("{\"schema\": 1, \"cases\": []}", "results.json"),
+               "it lacks title, command, provenance");
+  CHECK_THROWS(results_from_json("{\"schema\": 1, \"title\": \"\", \"command\": \"\", "
+                                 "\"provenance\": {}, \"cases\": [{\"name\": \"a\", "
+                                 "\"quantities\": [{\"name\": \"b\", \"value\": 1}]}]}",
+                                 "results.json"),
+               "cases[0] lacks suite, claim, status, skipped, message, seconds, tables, figures, "
+               "notes, timings; cases[0].quantities[0] lacks unit, lower, upper, bound_from");
   std::filesystem::remove_all(folder.path() / "traces");
   CHECK_THROWS(read_results_folder(folder.path()), "oscillator-order-rk4.h5");
   CHECK_THROWS(read_results_folder(folder.path() / "absent"), "absent");
