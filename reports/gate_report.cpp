@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "fixtures/io/file_bytes.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/gate/gate.hpp"
@@ -61,7 +62,10 @@ std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bo
   }
   std::ranges::stable_sort(rows, std::ranges::greater{}, [](const auto& row) { return row.first; });
   std::vector<std::vector<std::string>> texts;
-  for (auto& [kind, row] : rows) { texts.push_back(std::move(row)); }
+  for (auto& [kind, row] : rows) {
+    for (std::string& cell : row) { cell = io::printable(cell); }
+    texts.push_back(std::move(row));
+  }
   return texts;
 }
 
@@ -230,8 +234,8 @@ std::string verdict_sentence(const gate::GateResult& result) {
 
 std::string builds_text(const GateReport& report) {
   const auto build = [](const std::map<std::string, std::string>& provenance) {
-    return "commit " + entry(provenance, "commit") + ", " + entry(provenance, "compiler") + ", " +
-           entry(provenance, "processor");
+    return io::printable("commit " + entry(provenance, "commit") + ", " +
+                         entry(provenance, "compiler") + ", " + entry(provenance, "processor"));
   };
   const std::string now = build(report.provenance);
   const std::string before = build(report.baseline.provenance);
@@ -292,7 +296,8 @@ std::string to_html(const GateReport& report) {
   if (!report.result.faults.empty()) { add("Why", {Notes{report.result.faults}}); }
   if (gate::is_dirty(entry(report.baseline.provenance, "commit"))) {
     add("Doubt",
-        {Notes{{"The baseline is of a build with uncommitted changes that nobody can repeat."}}});
+        {Notes{
+            {"The baseline is of a build with uncommitted changes, which cannot be repeated."}}});
   }
   constexpr std::size_t at_a_glance = 20;
   Table shown = changes_table(report.result, false);

@@ -45,7 +45,12 @@ bool lock_until_end(const fs::path& folder, int operation) {
 
 }  // namespace
 
-void lock_folder(const fs::path& folder) { (void)lock_until_end(folder, LOCK_EX); }
+void lock_folder(const fs::path& folder) {
+  if (lock_until_end(folder, LOCK_EX | LOCK_NB)) { return; }
+  std::fprintf(stderr, "palpate: waiting for another palpate that writes to %s\n",
+               folder.string().c_str());
+  (void)lock_until_end(folder, LOCK_EX);
+}
 
 fs::path CommonOptions::make_folder() const {
   const fs::path folder = out.empty() ? fs::path("palpate-out") / name : out;

@@ -233,13 +233,13 @@ int run_approve(const ApproveOptions& options) {
   check_simulator(options, results, old);
   const gate::Baseline updated = gate::accept(old, acceptance);
   for (const std::string& line : gate::described_changes(old, updated)) {
-    if (!options.quiet) { std::printf("%s\n", line.c_str()); }
+    if (!options.quiet) { std::printf("%s\n", io::printable(line).c_str()); }
   }
   if (const std::string commit = entry(results.provenance, "commit"); gate::is_dirty(commit)) {
     std::fprintf(stderr,
-                 "palpate: warning: made by %s, a build with uncommitted changes that nobody can "
-                 "repeat\n",
-                 commit.c_str());
+                 "palpate: warning: made by %s, a build with uncommitted changes, which cannot be "
+                 "repeated\n",
+                 io::printable(commit).c_str());
   }
   write_baseline(options.baseline, updated);
   if (!options.quiet) {

@@ -747,6 +747,8 @@ int run_scene(const RunOptions& options) {
   const std::unique_ptr<Subject> foreign = foreign_subject(options.subject, loaded);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
+  // A run that is killed then leaves no summary of an earlier one beside its own trace.
+  std::filesystem::remove(folder / "summary.json");
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
   const NetworkProblem* network = loaded.network();
   if (network != nullptr) { samples.cells = &network->network(); }

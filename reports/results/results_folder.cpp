@@ -533,6 +533,8 @@ void write_results_folder(const std::filesystem::path& folder, const Results& re
   if (problem) {
     throw InputError(traces.string() + ": cannot be made; a folder that can be written");
   }
+  // An interruption leaves no older results.json beside newer traces.
+  fs::remove(folder / "results.json", problem);
   for (const Outcome& outcome : results.outcomes) { write_figure_data(traces, outcome); }
   io::replace_file(folder / "results.json", to_json(results));
   io::replace_file(folder / "results.xml", to_junit(results));

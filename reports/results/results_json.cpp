@@ -250,8 +250,14 @@ std::string missing_keys(const Json& json) {
     const auto add_items = [&](const char* list, std::initializer_list<const char*> keys) {
       if (!one.is_object() || !one.contains(list)) { return; }
       for (std::size_t k = 0; k < one.at(list).size(); ++k) {
-        add_missing(one.at(list).at(k), where + "." + list + "[" + std::to_string(k) + "]", keys,
-                    missing);
+        const Json& item = one.at(list).at(k);
+        const std::string place = where + "." + list + "[" + std::to_string(k) + "]";
+        add_missing(item, place, keys, missing);
+        for (const char* axis : {"x", "y"}) {
+          if (!item.is_object() || !item.contains(axis)) { continue; }
+          add_missing(item.at(axis), place + "." + axis,
+                      {"label", "logarithmic", "minimum", "maximum"}, missing);
+        }
       }
     };
     add_items("quantities", {"name", "value", "unit", "lower", "upper", "bound_from"});

@@ -28,7 +28,8 @@ void add_map_as_curve(Figure& figure) {
 
 [[noreturn]] void refuse(const Outcome& accepted, const std::string& what) {
   throw InputError(accepted.name + ": " + what +
-                   "; results of the same cases, another build or order");
+                   "; results of the same cases that differ by rounding alone, or none (for a run "
+                   "--no-variants)");
 }
 
 const Outcome& same_case(const std::vector<Outcome>& outcomes, const Outcome& accepted) {
@@ -50,6 +51,11 @@ void widen_by_quantities(AcceptedCase& accepted, const Outcome& variant) {
       refuse(accepted.outcome, quantity.name + " is not in a variant");
     }
     widen(accepted.spread.quantities[quantity.name], quantity.value, found->value);
+  }
+  for (const Quantity& quantity : variant.quantities) {
+    if (!accepted.spread.quantities.contains(quantity.name)) {
+      refuse(accepted.outcome, quantity.name + " is in a variant only");
+    }
   }
 }
 

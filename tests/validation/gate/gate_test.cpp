@@ -321,6 +321,9 @@ TEST("errors and NaN are not approved, and the spread is that of other builds") 
   const Baseline baseline = accept({}, acceptance);
   CHECK_NEAR(baseline.cases[0].spread.quantities.at("error"), 0.5e-5, 1e-18);
   CHECK(baseline.cases[0].spread.runs == 2);
+  acceptance.variants = {{sample("a", 1e-5)}};
+  acceptance.variants[0][0].report("event: contact", 1.0, "s");
+  CHECK_THROWS(accept({}, acceptance), "event: contact is in a variant only");
   acceptance.variants = {{sample("b", 1e-5)}};
   CHECK_THROWS(accept({}, acceptance), "is not in a variant");
 }
