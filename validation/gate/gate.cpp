@@ -536,9 +536,11 @@ void compare_by_name(const Items& before, const Items& now, Name name, const cha
       compare(one, *found);
     }
   }
-  for (const auto& one : now) {
-    if (std::ranges::find(before, one.*name, name) == before.end()) {
-      changes.push_back(broken(one.*name, std::string(what) + "is not in the baseline"));
+  for (auto one = now.begin(); one != now.end(); ++one) {
+    if (std::ranges::find(before, (*one).*name, name) == before.end()) {
+      changes.push_back(broken((*one).*name, std::string(what) + "is not in the baseline"));
+    } else if (std::ranges::find(now, (*one).*name, name) != one) {
+      changes.push_back(broken((*one).*name, std::string(what) + "is there twice"));
     }
   }
 }
@@ -566,8 +568,7 @@ void compare_figure(const AcceptedCase& accepted, const Figure& before, const Fi
   }
 }
 
-/// Compares the texts of a case, such as the kernel. Those of the scene come first, because they
-/// explain the others.
+/// Compares the texts of a case, such as the kernel. Those of the scene come first.
 void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change>& changes) {
   const std::map<std::string, std::string> was = compared_texts(before);
   const std::map<std::string, std::string> is = compared_texts(now);
@@ -685,6 +686,7 @@ CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
   const bool was_judged = accepted.outcome.status != Status::skip;
   const bool is_judged = now.status != Status::skip;
   if (was_judged && is_judged) {
+    compare_texts(accepted.outcome, now, changes);  // first, because they explain the others
     compare_by_name(accepted.outcome.quantities, now.quantities, &Quantity::name, "", changes,
                     [&](const Quantity& before, const Quantity& after) {
                       changes.push_back(compare_quantity(
@@ -694,7 +696,6 @@ CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
                     [&](const Figure& before, const Figure& after) {
                       compare_figure(accepted, before, after, changes);
                     });
-    compare_texts(accepted.outcome, now, changes);
     compare_order(accepted.outcome, now, changes);
   }
   std::erase_if(changes, [](const Change& change) { return change.kind == ChangeKind::same; });
