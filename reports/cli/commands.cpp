@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -28,28 +29,30 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Locks a folder until the process ends; `operation` is that of flock(). Returns false if another
-/// process holds the lock.
-bool lock_until_end(const fs::path& folder, int operation) {
+/// Locks a folder until the process ends. Returns false if another process holds the lock.
+bool lock_until_end(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) {
     throw InputError(folder.string() + ": cannot be opened: " + std::strerror(errno) +
                      "; a folder that can be read");
   }
-  while (flock(descriptor, operation) != 0) {
-    if (errno == EWOULDBLOCK) { return false; }
-    if (errno != EINTR) { break; }  // no locks on this file system
-  }
-  return true;
+  const bool held = flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  if (held) { close(descriptor); }
+  return !held;  // also on a file system without locks
 }
 
 }  // namespace
 
 void lock_folder(const fs::path& folder) {
-  if (lock_until_end(folder, LOCK_EX | LOCK_NB)) { return; }
-  std::fprintf(stderr, "palpate: waiting for another palpate that writes to %s\n",
-               folder.string().c_str());
-  (void)lock_until_end(folder, LOCK_EX);
+  constexpr int tries_a_second = 50;
+  for (int tries = 0; !lock_until_end(folder); ++tries) {
+    if (interrupted) { throw io::ReadInterrupted(); }
+    if (tries == tries_a_second) {
+      std::fprintf(stderr, "palpate: waiting for another palpate that writes to %s\n",
+                   folder.string().c_str());
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1000 / tries_a_second));
+  }
 }
 
 fs::path CommonOptions::make_folder() const {
@@ -59,7 +62,7 @@ fs::path CommonOptions::make_folder() const {
   if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
   }
-  if (!lock_until_end(folder, LOCK_EX | LOCK_NB)) {
+  if (!lock_until_end(folder)) {
     throw InputError(folder.string() +
                      ": another palpate writes to it; wait until it ends, or use another --out");
   }

@@ -211,7 +211,7 @@ void add_texts(Outcome& outcome, const Json& summary, const Attributes& inputs) 
   for (const char* set : {"-avx512", "-avx2", "-baseline"}) { kernel = without(kernel, set); }
   add("kernel", kernel);
   for (const Json& warning : summary.at("warnings")) {
-    add("warning: " + without_numbers(warning), "");
+    add(std::string(gate::warning_prefix) + without_numbers(warning), "");
   }
   for (const auto& [key, value] :
        io::keys_given(entry(inputs, "scene"), lines_of(entry(inputs, "overrides")))) {

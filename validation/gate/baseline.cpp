@@ -78,15 +78,25 @@ std::string text_of(const std::vector<Cell>& row, std::size_t column) {
   return text != nullptr ? *text : std::string();
 }
 
-/// Marks the texts that differ in the variant.
+/// Marks the warnings that only one of both has. Other texts must be the same.
 void widen_by_texts(AcceptedCase& accepted, const Outcome& variant) {
-  const std::map<std::string, std::string> found = compared_texts(variant);
+  std::map<std::string, std::string> others = compared_texts(variant);
   for (Table& table : accepted.outcome.tables) {
     for (std::vector<Cell>& row : table.rows) {
-      const auto other = found.find(text_of(row, 0));
-      if (other == found.end() || other->second != text_of(row, 1)) {
-        row[1] = depends_on_rounding;
+      const std::string name = text_of(row, 0);
+      const auto other = others.find(name);
+      const bool same = other != others.end() && other->second == text_of(row, 1);
+      if (!same && !name.starts_with(warning_prefix)) {
+        refuse(accepted.outcome, name + " differs in a variant");
       }
+      if (!same) { row[1] = depends_on_rounding; }
+      others.erase(name);
+    }
+    for (const auto& [name, text] : others) {
+      if (!name.starts_with(warning_prefix)) {
+        refuse(accepted.outcome, name + " is in a variant only");
+      }
+      table.rows.push_back({name, depends_on_rounding});
     }
   }
 }

@@ -52,10 +52,11 @@ Outcome comparable(Outcome outcome);
 // name and text.
 
 inline constexpr std::string_view text_table = "compared-texts";
-/// Text in place of one that differs between runs of the same code.
+/// Text of a warning that only some runs of the same code give.
 inline constexpr std::string_view depends_on_rounding = "not compared: depends on rounding";
-/// Beginning of the names of texts that are keys of the scene.
+/// Beginnings of the names of texts that are keys of the scene, and warnings.
 inline constexpr std::string_view scene_prefix = "scene: ";
+inline constexpr std::string_view warning_prefix = "warning: ";
 /// Beginning of the names of quantities that are the times of events, in their order.
 inline constexpr std::string_view event_prefix = "event: ";
 
