@@ -105,7 +105,9 @@ std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const Spring
         curve.push_back({end, (end - depth) / compliance});
         return curve;
       }
-      curve.push_back({place, part.puncture_force});
+      if (part.puncture_force > part.cutting_force) {
+        curve.push_back({place, part.puncture_force});
+      }
     }
     if (!std::isfinite(part.cutting_force)) { return curve; }  // a wall
     curve.push_back({place, part.cutting_force});

@@ -166,12 +166,11 @@ std::string cell(const Json& value, double scale) {
 }
 
 void print_line(const Json& line) {
-  std::printf("  %9s %9s %10s %10s %13s  %-14s  %s\n", "from mm", "to mm", "puncture N",
-              "cutting N", "friction N/m", "role", "layer");
+  std::printf("  %9s %9s %10s %13s  %-14s  %s\n", "from mm", "to mm", "cutting N", "friction N/m",
+              "role", "layer");
   for (const Json& each : line) {
-    std::printf("  %9s %9s %10s %10s %13s  %-14s  %s\n", cell(each["begin_m"], mm).c_str(),
-                cell(each["end_m"], mm).c_str(), cell(each["puncture_force_n"], 1.0).c_str(),
-                cell(each["cutting_force_n"], 1.0).c_str(),
+    std::printf("  %9s %9s %10s %13s  %-14s  %s\n", cell(each["begin_m"], mm).c_str(),
+                cell(each["end_m"], mm).c_str(), cell(each["cutting_force_n"], 1.0).c_str(),
                 cell(each["friction_n_per_m"], 1.0).c_str(),
                 each["role"].get<std::string>().c_str(), each["label"].get<std::string>().c_str());
   }

@@ -590,9 +590,8 @@ Comparison compare(const Recording& recording, const Trace& simulated,
   const RawTrace recorded_raw{recording.time, by_pressure ? recording.pressure : recording.force,
                               recording.depth};
   // A recorded path is that along the needle.
-  const Column* along = options.quantity == QuantityKind::insertion
-                            ? simulated.find("tool.insertion_m")
-                            : nullptr;
+  const Column* along =
+      options.quantity == QuantityKind::insertion ? simulated.find("tool.insertion_m") : nullptr;
   const Column* depth = along != nullptr ? along : simulated.find(options.depth_column);
   const RawTrace simulated_raw{simulated.time, simulated.values(column_of(options)),
                                depth != nullptr ? depth->values : std::span<const double>{}};
