@@ -37,7 +37,9 @@ class Keys {
     if (!json.is_object()) { refuse("must be an object"); }
   }
 
-  [[noreturn]] void refuse(const std::string& text) const { throw InputError(place_ + ": " + text); }
+  [[noreturn]] void refuse(const std::string& text) const {
+    throw InputError(place_ + ": " + text);
+  }
 
   /// Returns the value of a key; null if it is absent.
   const Json* find(const char* key) {
@@ -56,8 +58,8 @@ class Keys {
     if (found == nullptr) { return; }
     const bool fits = found->is_number() && std::isfinite(found->get<double>());
     if (!fits || found->get<double>() < least) {
-      refuse(std::string(key) + " = " + found->dump() + "; must be a number >= " +
-             short_number(least));
+      refuse(std::string(key) + " = " + found->dump() +
+             "; must be a number >= " + short_number(least));
     }
     value = *found;
   }
@@ -108,8 +110,8 @@ ContactRule contact_from(const Json& json, const std::string& place, std::size_t
   return rule;
 }
 
-/// Fields of a file name by the names in the pattern; empty if the name does not match. A field ends
-/// where the text after it in the pattern first occurs.
+/// Fields of a file name by the names in the pattern; empty if the name does not match. A field
+/// ends where the text after it in the pattern first occurs.
 std::map<std::string, std::string> fields_of(std::string_view pattern, std::string_view name) {
   std::map<std::string, std::string> fields;
   while (!pattern.empty()) {
@@ -149,8 +151,7 @@ std::vector<double> running_mean(std::span<const double> value, std::size_t samp
   for (std::size_t n = 0; n < value.size(); ++n) {
     const std::size_t first = n - std::min(n, half);
     const std::size_t last = std::min(n + half, value.size() - 1);
-    mean[n] = comparison::mean_of(
-        comparison::finite_only(value.subspan(first, last - first + 1)));
+    mean[n] = comparison::mean_of(comparison::finite_only(value.subspan(first, last - first + 1)));
   }
   return mean;
 }
@@ -227,8 +228,9 @@ void apply(const RecordingPreset& preset, const std::filesystem::path& file,
     const double tare = comparison::mean_of(rest);
     deviation = rest.size() > 1 ? comparison::deviation_of(rest) : 0.0;
     for (double& force : recording.force) { force -= tare; }
-    add_note(recording, formatted("force less %.4g N, the mean of the first %zu samples (SD %.3g N)",
-                                  tare, rest.size(), deviation));
+    add_note(recording,
+             formatted("force less %.4g N, the mean of the first %zu samples (SD %.3g N)", tare,
+                       rest.size(), deviation));
   }
   if (preset.contact && !recording.depth.empty()) {
     const double threshold = preset.contact->threshold(deviation);
@@ -237,8 +239,8 @@ void apply(const RecordingPreset& preset, const std::filesystem::path& file,
     if (contact) {
       const double start = recording.depth[*contact];
       for (double& depth : recording.depth) { depth -= start; }
-      add_note(recording, formatted("depth from the contact (%.3g N, after %.2f mm)", threshold,
-                                    1e3 * start));
+      add_note(recording,
+               formatted("depth from the contact (%.3g N, after %.2f mm)", threshold, 1e3 * start));
     } else {
       read.warnings.push_back(formatted(
           "no contact: the force never stays above %.3g N over %.3g mm; the depth counts from the "

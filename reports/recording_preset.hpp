@@ -16,13 +16,13 @@ struct RecordingPreset {
   std::string name{};
   std::string source{};
   Recording::Kind kind = Recording::Kind::measured;
-  io::ReadOptions read{};           ///< roles of the columns
-  double force_factor = 1.0;        ///< -1 where a resisting force is negative
-  std::size_t tare_samples = 0;     ///< first samples whose mean force is subtracted; 0: none
+  io::ReadOptions read{};                ///< roles of the columns
+  double force_factor = 1.0;             ///< -1 where a resisting force is negative
+  std::size_t tare_samples = 0;          ///< first samples whose mean force is subtracted; 0: none
   std::optional<ContactRule> contact{};  ///< the depth begins at the contact; absent: as recorded
-  std::size_t mean_samples = 1;     ///< samples of the running mean in which the contact is found
-  /// Pattern of the names of files without extension, such as "{tissue}_{needle}". Group and subject
-  /// are texts with these fields.
+  std::size_t mean_samples = 1;  ///< samples of the running mean in which the contact is found
+  /// Pattern of the names of files without extension, such as "{tissue}_{needle}". Group and
+  /// subject are texts with these fields.
   std::string file_name{}, group{}, subject{};
 };
 

@@ -24,8 +24,8 @@ std::string rig_file(const InsertionLaw& law, double offset) {
   for (const double t : law.times()) {
     const double path = 1e3 * (law.depth_at(t) + law.start);
     text += std::to_string(std::lround(1e6 * t)) + ",0,0," +
-            std::to_string(law.force_at(t) + offset) + ",0,0,0," + std::to_string(7.0 + 0.6 * path) +
-            "," + std::to_string(-3.0 - 0.8 * path) + ",0.5\n";
+            std::to_string(law.force_at(t) + offset) + ",0,0,0," +
+            std::to_string(7.0 + 0.6 * path) + "," + std::to_string(-3.0 - 0.8 * path) + ",0.5\n";
   }
   return text;
 }
@@ -139,42 +139,41 @@ TEST("measured insertions are imported without damage, and their features are th
   using enum Feature;
   // Evaluated by another program with a mean of five samples: mean and SD over all repeats and
   // needles of the rig, of which 35 files are here.
-  const Condition conditions[] = {
-      {"skin, 2 mm/s, 0 deg",
-       8,
-       {{denting_exponent, {1.35, 0.03}},
-        {puncture_force, {4.75, 0.32}},
-        {puncture_depth, {12.2e-3, 0.5e-3}},
-        {force_left, {1.55, 0.15}},
-        {relaxation, {0.43, 0.03}},
-        {withdrawal_force, {-1.54, 0.15}}}},
-      {"muscle, 2 mm/s, 0 deg",
-       8,
-       {{denting_exponent, {1.20, 0.02}},
-        {puncture_force, {3.77, 0.59}},
-        {puncture_depth, {8.8e-3, 0.6e-3}},
-        {relaxation, {0.57, 0.25}}}},
-      {"skin-on-muscle, 1 mm/s, 0 deg",
-       7,
-       {{denting_exponent, {1.44, 0.05}},
-        {puncture_force, {5.17, 0.59}},
-        {puncture_depth, {11.5e-3, 0.4e-3}},
-        {force_left, {2.25, 0.28}},
-        {relaxation, {0.35, 0.02}}}},
-      {"skin-on-muscle, 2 mm/s, 0 deg",
-       7,
-       {{denting_exponent, {1.48, 0.05}},
-        {puncture_force, {5.15, 0.39}},
-        {puncture_depth, {11.5e-3, 0.35e-3}},
-        {force_left, {1.97, 0.23}},
-        {relaxation, {0.33, 0.09}}}},
-      {"skin-on-muscle, 2 mm/s, 15 deg",
-       5,
-       {{denting_exponent, {1.38, 0.04}},
-        {puncture_force, {4.87, 0.38}},
-        {puncture_depth, {11.6e-3, 0.5e-3}},
-        {force_left, {2.13, 0.23}},
-        {relaxation, {0.32, 0.07}}}}};
+  const Condition conditions[] = {{"skin, 2 mm/s, 0 deg",
+                                   8,
+                                   {{denting_exponent, {1.35, 0.03}},
+                                    {puncture_force, {4.75, 0.32}},
+                                    {puncture_depth, {12.2e-3, 0.5e-3}},
+                                    {force_left, {1.55, 0.15}},
+                                    {relaxation, {0.43, 0.03}},
+                                    {withdrawal_force, {-1.54, 0.15}}}},
+                                  {"muscle, 2 mm/s, 0 deg",
+                                   8,
+                                   {{denting_exponent, {1.20, 0.02}},
+                                    {puncture_force, {3.77, 0.59}},
+                                    {puncture_depth, {8.8e-3, 0.6e-3}},
+                                    {relaxation, {0.57, 0.25}}}},
+                                  {"skin-on-muscle, 1 mm/s, 0 deg",
+                                   7,
+                                   {{denting_exponent, {1.44, 0.05}},
+                                    {puncture_force, {5.17, 0.59}},
+                                    {puncture_depth, {11.5e-3, 0.4e-3}},
+                                    {force_left, {2.25, 0.28}},
+                                    {relaxation, {0.35, 0.02}}}},
+                                  {"skin-on-muscle, 2 mm/s, 0 deg",
+                                   7,
+                                   {{denting_exponent, {1.48, 0.05}},
+                                    {puncture_force, {5.15, 0.39}},
+                                    {puncture_depth, {11.5e-3, 0.35e-3}},
+                                    {force_left, {1.97, 0.23}},
+                                    {relaxation, {0.33, 0.09}}}},
+                                  {"skin-on-muscle, 2 mm/s, 15 deg",
+                                   5,
+                                   {{denting_exponent, {1.38, 0.04}},
+                                    {puncture_force, {4.87, 0.38}},
+                                    {puncture_depth, {11.6e-3, 0.5e-3}},
+                                    {force_left, {2.13, 0.23}},
+                                    {relaxation, {0.32, 0.07}}}}};
   const RecordingPreset preset = preset_named("needle-insertion-app");
   std::map<std::string, std::vector<comparison::Features>> found;
   for (const auto& entry : fs::directory_iterator(folder)) {

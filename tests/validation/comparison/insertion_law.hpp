@@ -16,19 +16,19 @@ namespace palpate {
 /// above the threshold of contact, so that the contact is found at d = 0, through a filter as well.
 /// k d^exponent exceeds it before a tenth of the dent, from which the exponent is measured.
 struct InsertionLaw {
-  double rate = 100.0;  ///< [Hz]
-  double speed = 2e-3;  ///< [m/s]
-  double start = 5e-3;  ///< [m] above the tissue
-  double end = 20e-3;   ///< [m]
-  double hold = 5.5;    ///< [s]
+  double rate = 100.0;    ///< [Hz]
+  double speed = 2e-3;    ///< [m/s]
+  double start = 5e-3;    ///< [m] above the tissue
+  double end = 20e-3;     ///< [m]
+  double hold = 5.5;      ///< [s]
   double preload = 0.12;  ///< [N]
   double exponent = 1.4;
-  double dent = 12e-3;    ///< [m]
-  double puncture = 5.0;  ///< [N]
-  double left = 2.0;      ///< [N]
-  double fall = 0.4e-3;   ///< [m] over which the force falls
-  double rise = 150.0;    ///< [N/m] after the fall
-  double relaxed = 0.4;   ///< share of the force that is lost in an endless hold
+  double dent = 12e-3;           ///< [m]
+  double puncture = 5.0;         ///< [N]
+  double left = 2.0;             ///< [N]
+  double fall = 0.4e-3;          ///< [m] over which the force falls
+  double rise = 150.0;           ///< [N/m] after the fall
+  double relaxed = 0.4;          ///< share of the force that is lost in an endless hold
   double relaxation_time = 1.2;  ///< [s]
   double pulled = -1.5;          ///< [N] least force of the withdrawal
   double pulled_at = 15e-3;      ///< [m]
