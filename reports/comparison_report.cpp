@@ -308,8 +308,12 @@ std::vector<Figure> insertion_figures(const ComparisonReport& report,
                                .x = scaled(times_of(corridor->mean), factor, -start),
                                .y = corridor->mean.value});
     }
-    add_column(figure, trace, over, column_of(report.options.comparison), "simulated");
-    figure.series.back() = from_zero(figure.series.back(), origin_of(simulated));
+    const ComparisonOptions& options = report.options.comparison;
+    const Column* depth = trace.find(depth_column_of(options, trace));
+    const std::vector<double>& at = by_depth && depth != nullptr ? depth->values : trace.time;
+    figure.series.push_back(from_zero(
+        {.label = "simulated", .x = scaled(at, factor), .y = trace.values(column_of(options))},
+        origin_of(simulated)));
     figures.push_back(std::move(figure));
   }
   return figures;

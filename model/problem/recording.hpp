@@ -101,7 +101,7 @@ std::string why_unusable(const Recording& recording);
 /// above a threshold while the needle advances by `distance`.
 struct ContactRule {
   /// Least threshold [N]. It reproduces the dents and exponents of phantom measurements that were
-  /// evaluated independently (docs/comparison.md).
+  /// evaluated independently (docs/notebook/measured-insertions.md).
   double force = 0.1;
   double deviations = 5.0;  ///< threshold over the standard deviation of the force at rest
   double distance = 1e-3;   ///< [m]

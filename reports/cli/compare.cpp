@@ -289,6 +289,8 @@ void add_compare(Program& program) {
   command.footer(
       "One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
       tolerance_help(comparison::QuantityKind::pressure) +
+      "of an insertion with fewer than three recordings (else twice their standard deviation):\n" +
+      tolerance_help(comparison::QuantityKind::insertion) +
       "A width is a share (15%), a number with its unit (7mmHg), their sum (30%+5mmHg/s)\n"
       "or a factor (x2). Writes comparison.json and report.html, and with --scene trace.h5;\n"
       "docs/comparison.md describes the criteria. Exit codes: 0 agrees, 1 differs, is not "

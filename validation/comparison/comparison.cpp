@@ -563,6 +563,14 @@ std::string column_of(const ComparisonOptions& options) {
   return options.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
 }
 
+std::string depth_column_of(const ComparisonOptions& options, const Trace& simulated) {
+  if (!options.depth_column.empty()) { return options.depth_column; }
+  constexpr const char* along_needle = "tool.insertion_m";
+  const bool path =
+      options.quantity == QuantityKind::insertion && simulated.find(along_needle) != nullptr;
+  return path ? along_needle : "tool.depth_m";
+}
+
 Comparison compare(const Recording& recording, const Trace& simulated,
                    const ComparisonOptions& options) {
   Comparison comparison{.recording = recording.name,
@@ -589,10 +597,7 @@ Comparison compare(const Recording& recording, const Trace& simulated,
   }
   const RawTrace recorded_raw{recording.time, by_pressure ? recording.pressure : recording.force,
                               recording.depth};
-  // A recorded path is that along the needle.
-  const Column* along =
-      options.quantity == QuantityKind::insertion ? simulated.find("tool.insertion_m") : nullptr;
-  const Column* depth = along != nullptr ? along : simulated.find(options.depth_column);
+  const Column* depth = simulated.find(depth_column_of(options, simulated));
   const RawTrace simulated_raw{simulated.time, simulated.values(column_of(options)),
                                depth != nullptr ? depth->values : std::span<const double>{}};
   // A quarter of the lower rate preserves the shape of the filter.

@@ -117,8 +117,8 @@ struct Uncertainties {
 
 struct ComparisonOptions {
   QuantityKind quantity = QuantityKind::pressure;
-  std::string column{};  ///< of the simulated trace; empty: that of `quantity`
-  std::string depth_column = "tool.depth_m";
+  std::string column{};        ///< of the simulated trace; empty: that of `quantity`
+  std::string depth_column{};  ///< of the simulated trace; empty: depth_column_of()
   Recording::Regime simulated_regime = Recording::Regime::thumb;
   AlignmentRule alignment = AlignmentRule::automatic;
   double cutoff = 20.0;      ///< [Hz] of the low-pass, at most a quarter of the lower rate; 0: none
@@ -133,6 +133,11 @@ struct ComparisonOptions {
 /// Returns the column of the simulated trace that is compared: "syringe.pressure_pa" or
 /// "tool.force_n" by default.
 std::string column_of(const ComparisonOptions& options);
+
+/// Returns the column of the simulated depth: "tool.depth_m" by default. Of an insertion, which is
+/// recorded along the needle, "tool.insertion_m" if the trace has it; both are the same without a
+/// tilt.
+std::string depth_column_of(const ComparisonOptions& options, const Trace& simulated);
 
 /// Comparison of one feature of both traces.
 struct FeatureComparison {

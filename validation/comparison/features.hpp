@@ -126,8 +126,8 @@ struct Features {
 
 /// Parameters of the features of an insertion that advances, rests and is withdrawn. The puncture
 /// is the first local maximum of the advance that is followed by a drop of at least `least_drop`
-/// within `drop_distance`. In 34 insertions into a phantom the first drop was by 52 to 92 %, and no
-/// fluctuation before it exceeded 4 %.
+/// within `drop_distance`. The share lies between the drops and the fluctuations of measured
+/// insertions (docs/notebook/measured-insertions.md).
 struct InsertionRule {
   ContactRule contact{};
   double least_drop = 0.15;     ///< smallest relative drop [1]
