@@ -429,7 +429,7 @@ std::string kinds_in(const GroupSummary& group) {
 LabelledTable groups_table(const ComparisonReport& report) {
   const bool phantoms = std::ranges::all_of(
       report.found.groups, [](const GroupSummary& group) { return group.of_phantom(); });
-  // Of a phantom every recording counts.
+  // Each recording of a phantom counts as a subject of its own.
   LabelledTable table{.columns = {"group", "verdict", phantoms ? "compared" : "subjects",
                                   phantoms ? "of them agree (95 %)" : "subjects who agree (95 %)",
                                   "recordings", "kind", "agree", "differ", "not distinguishable",

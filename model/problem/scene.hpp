@@ -107,9 +107,9 @@ struct Drive {
 
 /// Fluid between thumb and needle tip (model/EQUATIONS.md, "Syringe"). The default is saline.
 struct Syringe {
-  /// What the thumb does: it presses with its largest force; it drives the needle through the
-  /// plunger, so that the pressure carries the reaction of the tissue (Eqs. 1 and 2); or it tests
-  /// with its largest force while the needle rests.
+  /// Technique of the thumb. full: it always presses with its largest force. drives: it pushes the
+  /// needle through the plunger, so that the pressure carries the reaction of the tissue (Eqs. 1
+  /// and 2). tests: it presses with its largest force while the needle rests, and not otherwise.
   enum class Thumb { full, drives, tests } thumb = Thumb::full;
   double hand_share = 0.0;              ///< of the other hand in the force on a driven needle [1]
   double plunger_friction = 0.0;        ///< [N]

@@ -519,8 +519,9 @@ template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
 template <class Visitor, Is<Syringe> T> void fields(Visitor& v, T& s) {
   v.value("preset", preset(s, {{{"saline", {}}, {"air", air_syringe()}}}),
           {.doc = "Fluid; sets the defaults of the keys below"});
-  v.value("thumb", s.thumb,
-          {.doc = "Full force; drives the needle through the plunger; or tests while it rests"});
+  v.value(
+      "thumb", s.thumb,
+      {.doc = "Technique: always full force; push the needle by the plunger; test at rest only"});
   v.value("hand_share", s.hand_share,
           {"1", range::from_to_below(0.0, 1.0),
            "Share of the other hand in the force on a needle that the thumb drives"});

@@ -140,9 +140,9 @@ template <class Real> class ToolContact : public ToolState {
     for (std::size_t n = 0; needle_ && n < path_.intervals().size(); ++n) {
       const PathInterval& interval = path_.intervals()[n];
       if (!(interval.friction > 0.0 && interval.friction_travel > 0.0)) { continue; }
-      rubs_.push_back({.interval = n,
-                       .law = {interval.friction_travel, interval.friction_exponent},
-                       .share = std::vector<double>(knots_.size(), 0.0)});
+      drags_.push_back({.interval = n,
+                        .law = {interval.friction_travel, interval.friction_exponent},
+                        .share = std::vector<double>(knots_.size(), 0.0)});
     }
     if (!compliance_.value.empty()) {
       relaxation_.resize(path_.intervals().size());
@@ -157,7 +157,7 @@ template <class Real> class ToolContact : public ToolState {
   /// Returns the kinetic energy and the energy of the tissue that tip and shaft press and drag [J].
   [[nodiscard]] double stored_energy() const noexcept {
     double energy = kinetic_energy() + pressed_;
-    for (const Rub& rub : rubs_) { energy += rub.law.energy(); }
+    for (const ShaftDrag& one : drags_) { energy += one.law.energy(); }
     return energy;
   }
   /// Returns true under an applied force: the tool then has a coordinate, after those of the
@@ -210,7 +210,7 @@ template <class Real> class ToolContact : public ToolState {
     place_tool(t, q, v);
     relax_to(t - step_begin_);
     weigh();
-    const double dragged = drag(t - step_begin_, f);
+    const double dragged = add_drag(t - step_begin_, f);
     for (Knot& knot : knots_) {
       Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
       for (const Support& s : supports_of(knot)) {
@@ -250,7 +250,7 @@ template <class Real> class ToolContact : public ToolState {
   /// Changes product = A x of the unconstrained Jacobian to the product with the constrained
   /// Jacobian.
   void hold(const Vector<Real>& x, const Vector<Real>& mass, Vector<Real>& product) noexcept {
-    add_drag(x, product);
+    add_drag_jacobian(x, product);
     double tip = 0.0;
     double shaft = 0.0;
     for (std::size_t k = 0; k < knots_.size(); ++k) {
@@ -289,7 +289,7 @@ template <class Real> class ToolContact : public ToolState {
     std::vector<std::size_t> begin;
     for (const Knot& knot : knots_) { begin.push_back(knot.first); }
     begin.push_back(supports_.size());
-    held_.learn(supports_, begin, rubs_.size(), tool_, mass_, dof, solve);
+    held_.learn(supports_, begin, drags_.size(), tool_, mass_, dof, solve);
   }
   /// Adds the rows of hold(): tip, shaft, two directions across the needle for each locked contact
   /// point, a tool stopped by bone, and creeping friction.
@@ -313,11 +313,11 @@ template <class Real> class ToolContact : public ToolState {
       held_.add_row(k, 1, 0.0)[0] = across_[1];
     }
     if (is_coordinate() && at_bone_) { held_.add_row(0, 0, 1.0); }
-    for (const Rub& rub : rubs_) {
-      if (!(rub.slope > 0.0)) { continue; }
+    for (const ShaftDrag& one : drags_) {
+      if (!(one.slope > 0.0)) { continue; }
       const auto row =
-          held_.add_force_row(0, knots_.size(), own, 1.0 / (theta_ * step_length_ * rub.slope));
-      for (std::size_t k = 0; k < knots_.size(); ++k) { row[k] = -rub.share[k] * n_; }
+          held_.add_force_row(0, knots_.size(), own, 1.0 / (theta_ * step_length_ * one.slope));
+      for (std::size_t k = 0; k < knots_.size(); ++k) { row[k] = -one.share[k] * n_; }
     }
     held_.factorise();
   }
@@ -419,7 +419,7 @@ template <class Real> class ToolContact : public ToolState {
   };
 
   /// Creeping friction of the shaft on one interval.
-  struct Rub {
+  struct ShaftDrag {
     std::size_t interval = 0;
     CreepingFriction law{};
     double force = 0.0;           ///< of the last apply() [N]
@@ -427,75 +427,75 @@ template <class Real> class ToolContact : public ToolState {
     std::vector<double> share{};  ///< of the contact points
   };
 
-  [[nodiscard]] double dragging_velocity(const Rub& rub) const noexcept {
+  [[nodiscard]] double dragging_velocity(const ShaftDrag& one) const noexcept {
     double velocity = velocity_;
     for (std::size_t k = 0; k < knots_.size(); ++k) {
-      velocity -= rub.share[k] * knots_[k].velocity;
+      velocity -= one.share[k] * knots_[k].velocity;
     }
     return velocity;
   }
   /// Adds creeping friction to the forces, `s` seconds after the begin of a step, and returns its
   /// sum [N]. An implicit step has the force of its end.
-  double drag(double s, Vector<Real>& f) noexcept {
+  double add_drag(double s, Vector<Real>& f) noexcept {
     double sum = 0.0;
-    for (Rub& rub : rubs_) {
+    for (ShaftDrag& one : drags_) {
       const auto [force, slope] =
-          rub.law.after(predict_ ? step_length_ : s, dragging_velocity(rub));
-      rub.force = force;
-      rub.slope = slope;
+          one.law.after(predict_ ? step_length_ : s, dragging_velocity(one));
+      one.force = force;
+      one.slope = slope;
       sum += force;
       if (force == 0.0) { continue; }
       for (std::size_t k = 0; k < knots_.size(); ++k) {
-        if (rub.share[k] > 0.0) { add_force(knots_[k], rub.share[k] * force * n_, f); }
+        if (one.share[k] > 0.0) { add_force(knots_[k], one.share[k] * force * n_, f); }
       }
     }
     return sum;
   }
   /// Adds the product with the Jacobian of creeping friction.
-  void add_drag(const Vector<Real>& x, Vector<Real>& product) noexcept {
-    for (const Rub& rub : rubs_) {
-      if (!(rub.slope > 0.0)) { continue; }
+  void add_drag_jacobian(const Vector<Real>& x, Vector<Real>& product) noexcept {
+    for (const ShaftDrag& one : drags_) {
+      if (!(one.slope > 0.0)) { continue; }
       const bool moves = is_coordinate() && !at_bone_;
       double along = moves ? static_cast<double>(x(tool_)) : 0.0;
       for (std::size_t k = 0; k < knots_.size(); ++k) {
-        if (rub.share[k] == 0.0) { continue; }
+        if (one.share[k] == 0.0) { continue; }
         for (const Support& s : supports_of(knots_[k])) {
-          along -= rub.share[k] * s.weight *
+          along -= one.share[k] * s.weight *
                    n_.dot(at_node(x, s.coordinate, stride_).template cast<double>());
         }
       }
-      const double force = theta_ * step_length_ * rub.slope * along;
+      const double force = theta_ * step_length_ * one.slope * along;
       if (moves) { product(tool_) += static_cast<Real>(force); }
       for (std::size_t k = 0; k < knots_.size(); ++k) {
-        if (rub.share[k] > 0.0) { add_force(knots_[k], -rub.share[k] * force * n_, product); }
+        if (one.share[k] > 0.0) { add_force(knots_[k], -one.share[k] * force * n_, product); }
       }
     }
   }
   /// Takes the forces of creeping friction at the end of a step.
   void end_drag(const State<Real>& state) noexcept {
-    if (rubs_.empty()) { return; }
+    if (drags_.empty()) { return; }
     if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
-    for (Rub& rub : rubs_) {
-      if (!(rub.law.limit > 0.0)) { continue; }
-      const double before = rub.law.energy();
-      if (!predict_) { rub.force = rub.law.after(step_length_, dragging_velocity(rub)).force; }
-      rub.law.force = rub.force;
+    for (ShaftDrag& one : drags_) {
+      if (!(one.law.limit > 0.0)) { continue; }
+      const double before = one.law.energy();
+      if (!predict_) { one.force = one.law.after(step_length_, dragging_velocity(one)).force; }
+      one.law.force = one.force;
       losses_.friction +=
-          rub.force * step_length_ * dragging_velocity(rub) - (rub.law.energy() - before);
+          one.force * step_length_ * dragging_velocity(one) - (one.law.energy() - before);
     }
   }
   /// Adapts creeping friction to the depth of the tip, which has gone `deeper` [m] at once.
   void reach_drag(double deeper) noexcept {
-    for (Rub& rub : rubs_) {
-      const double limit = in_tissue() ? path_.friction(rub.interval, depth_, rub.share) : 0.0;
+    for (ShaftDrag& one : drags_) {
+      const double limit = in_tissue() ? path_.friction(one.interval, depth_, one.share) : 0.0;
       if (limit > 0.0) {
-        for (double& share : rub.share) { share /= limit; }
+        for (double& share : one.share) { share /= limit; }
       } else {
-        std::ranges::fill(rub.share, 0.0);
+        std::ranges::fill(one.share, 0.0);
       }
-      const double before = rub.law.energy();
-      rub.law.reach(limit, deeper);
-      losses_.friction -= rub.law.energy() - before;
+      const double before = one.law.energy();
+      one.law.reach(limit, deeper);
+      losses_.friction -= one.law.energy() - before;
     }
   }
   /// Moves the face of a sliding probe to its centre at a time: new weights of its contact point.
@@ -989,10 +989,7 @@ template <class Real> class ToolContact : public ToolState {
       return;
     }
     const auto& intervals = path_.intervals();
-    const bool fresh = after > deepest_ || !entered_;
-    const double resistance =
-        fresh ? intervals[after].puncture_force : intervals[after].cutting_force;
-    if (resistance > intervals[before].cutting_force) {
+    if (strength() > intervals[before].cutting_force) {
       tip_ = TipMode::stuck;
       if (after > before + 1) { enter(after - 1, t); }
     } else {
@@ -1171,7 +1168,7 @@ template <class Real> class ToolContact : public ToolState {
   std::vector<double> share_;          ///< of the columns in the force of a sliding probe
   ConstraintCompliance<Real> held_{};  ///< used by implicit schemes only
   std::vector<double> shaft_share_;    ///< l_k / L
-  std::vector<Rub> rubs_{};            ///< intervals with creeping friction
+  std::vector<ShaftDrag> drags_{};     ///< intervals with creeping friction
   double limit_ = 0.0;                 ///< L [N]
   NeedlePath::Place at_{};             ///< position of the tip between the contact points
   Contact contact_{};

@@ -115,7 +115,8 @@ Value value_named(const std::string& option, const std::string& text,
   throw InputError(option + " " + text + "; must be one of " + known);
 }
 
-/// Quantity that the user asks for, or the pressure; of recordings with force alone, the insertion.
+/// Returns the quantity that the user asks for. Without a request: insertion if no recording has a
+/// pressure, else pressure. Throws InputError if only some have one.
 QuantityKind quantity_of(const CompareOptions& asked,
                          const std::vector<RecordingFile>& recordings) {
   using enum QuantityKind;

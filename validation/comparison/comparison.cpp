@@ -453,7 +453,7 @@ void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated,
   const Samples& r = recorded.input.raw;
   const Samples& s = simulated.input.raw;
   double begin = std::max(r.start - lag, s.start);
-  // Of an insertion, the way to the tissue tells nothing and is left out.
+  // The force before the contact is zero in both traces and is not compared.
   const auto& contact = simulated.features.phases.contact_time.value;
   if (contact) { begin = std::max(begin, *contact); }
   const double end = std::min(r.end() - lag, s.end());

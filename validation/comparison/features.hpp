@@ -67,7 +67,8 @@ enum class Feature {
   depth_of_peak,  ///< [m]
   depth_of_loss,  ///< [m]
 
-  // Of the force of an insertion with depth, InsertionRule.
+  // Features of the force of an insertion whose depth is known; InsertionRule has their
+  // definitions.
   puncture,          ///< [1] 1 found, 0 not found
   puncture_force,    ///< [N] at the first puncture
   puncture_depth,    ///< [m] of the first puncture below the contact: the dent

@@ -32,8 +32,9 @@ struct GroupSummary {
   std::size_t recordings = 0;
   std::size_t measured = 0;  ///< recordings that were measured, but not in a phantom
   std::size_t phantoms = 0;  ///< recordings that were measured in a phantom
-  /// Number of subjects that could be compared. Of a phantom every recording counts: each enters a
-  /// new position, and too few needles are used to tell their spread from that of the positions.
+  /// Number of subjects that could be compared. Each recording of a phantom
+  /// counts as a subject: it enters a new position, and too few needles are used to tell their
+  /// spread from that of the positions.
   std::size_t subjects = 0;
   [[nodiscard]] bool of_phantom() const { return phantoms == recordings && recordings > 0; }
   Tally tally{};                      ///< verdicts on the recordings

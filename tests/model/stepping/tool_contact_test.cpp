@@ -149,12 +149,13 @@ TEST("creeping friction of two tissues turns with the needle and balances its en
       last = friction;
     });
     const double full = 20.0 * 0.010 * std::pow(20.0, 0.2);  // sliding with the drive's speed
-    CHECK(largest > 0.3 * full);
+    CHECK(largest > 0.3 * full);  // the tissue moves along, so it does not reach all of it
     CHECK(largest < full);
     CHECK(least < -0.3 * full);
     CHECK(least > -full);
     CHECK(run.tool.losses.friction > 0.0);
-    CHECK(jump < 0.02);            // 0.02 mm a tick over a travel of 1 mm, of 0.36 N
+    // 0.02 mm a tick: a fiftieth of the travel, in which the whole friction of 0.36 N develops.
+    CHECK(jump < full / 50.0);
     CHECK_NEAR(last, 0.0, 1e-12);  // rounding at the skin
     const ToolLosses& lost = run.tool.losses;
     const double work = lost.hand + lost.jerk;

@@ -176,7 +176,7 @@ TEST("features that agree with the repeats do not hide a curve outside their cor
   for (std::size_t n = 0; n < trace.time.size(); ++n) {
     const double depth = law.depth_at(trace.time[n]);
     const bool withdrawn = trace.time[n] > law.advance_time() + law.hold;
-    // Where no feature is measured: 6 of 25 s.
+    // Added to 6 of 25 s, in which no feature is measured.
     if (withdrawn && depth > 2e-3 && depth < 14e-3) {
       trace.columns[0].values[n] += 4.0 * std::pow(std::sin((depth - 2e-3) / 12e-3 * 3.1416), 2);
     }
