@@ -175,8 +175,9 @@ class NeedlePath {
     std::size_t knot = 0;      ///< contact point before it
     std::size_t interval = 0;  ///< of the materials
   };
-  template <class Chosen>
-  double sum_friction(double depth, std::span<double> of_knot, Chosen chosen) const noexcept;
+  /// Sums the friction of pieces; `interval`: of this one alone, or of all.
+  double sum_friction(std::span<const Piece> pieces, std::optional<std::size_t> interval,
+                      double depth, std::span<double> of_knot) const noexcept;
   void of_needle(const Scene& scene, const SpringNetwork& network);
   void of_probe(const Scene& scene, const SpringNetwork& network);
   void add_knot(double depth, const std::vector<Support>& supports);
@@ -191,7 +192,8 @@ class NeedlePath {
   std::vector<PathInterval> beneath_;
   double hertz_share_ = 0.0;
   std::optional<ProbeFace> sliding_face_;
-  std::vector<Piece> pieces_;
+  std::vector<Piece> pieces_;   ///< with friction of Coulomb, in order of depth
+  std::vector<Piece> dragged_;  ///< with a travel
   double bone_ = std::numeric_limits<double>::infinity();
 };
 

@@ -593,7 +593,7 @@ template <class Real> class ToolContact : public ToolState {
     const double force = cutting_force();
     const auto missing = [&](double depth) {  // distance that the tip still has to go
       return place_ - depth - between_knots(path_.place(depth), &Knot::displacement) -
-             law_at(depth).gap(force);
+             dent_at(depth, force);
     };
     double low = cut_;
     double rest = missing(low);
@@ -608,6 +608,12 @@ template <class Real> class ToolContact : public ToolState {
       rest = next;
     }
     return border;
+  }
+  /// Returns the gap of the contact at a depth under a force on the tissue that the tip presses
+  /// [m].
+  [[nodiscard]] double dent_at(double depth, double force) const noexcept {
+    return compliance_.of_continuum.empty() ? compliance_.at(depth) * force
+                                            : law_at(depth).gap(force);
   }
   /// Returns the law of the contact at a depth, in the tissue that the tip presses.
   [[nodiscard]] DentLaw law_at(double depth) const noexcept {
@@ -631,7 +637,7 @@ template <class Real> class ToolContact : public ToolState {
   /// Returns the distance by which a tip with compliance presses further in an implicit step than
   /// with the force T [m]; its sign decides the mode.
   [[nodiscard]] double gap_beyond(double force) const noexcept {
-    return theta_ * gap_at_cut() + (1.0 - theta_) * gap_begin_ - law_at(cut_).gap(force);
+    return theta_ * gap_at_cut() + (1.0 - theta_) * gap_begin_ - dent_at(cut_, force);
   }
   /// Returns T at the present positions [N]; zero for a sticking tip without compliance, which does
   /// no work relative to the tissue.
@@ -643,9 +649,9 @@ template <class Real> class ToolContact : public ToolState {
   /// Returns the energy of the tissue that the tip presses [J].
   [[nodiscard]] double pressed_energy() const noexcept {
     const double force = pressing_force();
+    if (compliance_.of_continuum.empty()) { return 0.5 * softness_ * force * force; }
     const DentLaw law = law_at(depth_);
-    if (law.toe == 0.0 || force == 0.0) { return 0.5 * softness_ * force * force; }
-    return law.energy(law.gap(force));
+    return law.toe > 0.0 ? law.energy(law.gap(force)) : 0.5 * softness_ * force * force;
   }
   /// Compliance of that tissue in an implicit step, as a mobility [1/kg].
   [[nodiscard]] double step_softness() const noexcept {
@@ -684,7 +690,8 @@ template <class Real> class ToolContact : public ToolState {
   void soften() noexcept {
     softness_ = compliance_.at(depth_);
     crept_ = 0.0;
-    if (tip_ != TipMode::stuck || softness_ == 0.0) { return; }
+    const bool no_toe = compliance_.of_continuum.empty();
+    if (tip_ != TipMode::stuck || (no_toe && !relaxes())) { return; }
     const Relaxed now = relaxes() ? contact_relaxation().of(0) : Relaxed{};
     const DentLaw law = law_at(depth_);
     if (law.toe == 0.0) {
@@ -919,7 +926,7 @@ template <class Real> class ToolContact : public ToolState {
     const double ahead = compliance_.next(depth_);
     if (tip_ == TipMode::cutting && std::isfinite(ahead)) {
       const double force = cutting_force();
-      stretch += (law_at(ahead).gap(force) - law_at(depth_).gap(force)) / (ahead - depth_);
+      stretch += (dent_at(ahead, force) - dent_at(depth_, force)) / (ahead - depth_);
     }
     return stretch > 0.0 ? (velocity_ - velocity_at(at_)) / stretch : 0.0;
   }

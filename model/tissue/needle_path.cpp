@@ -285,7 +285,9 @@ void NeedlePath::cut_into_pieces() {
     for (std::size_t n = 0; n < intervals_.size(); ++n) {
       const double begin = std::max(knots_[k].depth, intervals_[n].begin);
       const double end = std::min(knots_[k + 1].depth, intervals_[n].end);
-      if (end > begin) { pieces_.push_back({begin, end, intervals_[n].friction, k, n}); }
+      if (!(end > begin)) { continue; }
+      std::vector<Piece>& pieces = intervals_[n].friction_travel > 0.0 ? dragged_ : pieces_;
+      pieces.push_back({begin, end, intervals_[n].friction, k, n});
     }
   }
   bone_ = bone_depth(intervals_);
@@ -459,14 +461,13 @@ std::size_t NeedlePath::interval_at(double depth) const noexcept {
   return n;
 }
 
-template <class Chosen>
-double NeedlePath::sum_friction(double depth, std::span<double> of_knot,
-                                Chosen chosen) const noexcept {
+double NeedlePath::sum_friction(std::span<const Piece> pieces, std::optional<std::size_t> interval,
+                                double depth, std::span<double> of_knot) const noexcept {
   std::ranges::fill(of_knot, 0.0);
   double total = 0.0;
-  for (const Piece& piece : pieces_) {
+  for (const Piece& piece : pieces) {
     if (piece.begin >= depth) { break; }
-    if (!chosen(piece.interval)) { continue; }
+    if (interval && piece.interval != *interval) { continue; }
     const double end = std::min(piece.end, depth);
     const double force = piece.friction * (end - piece.begin);
     const Knot& low = knots_[piece.knot];
@@ -480,13 +481,12 @@ double NeedlePath::sum_friction(double depth, std::span<double> of_knot,
 }
 
 double NeedlePath::friction(double depth, std::span<double> of_knot) const noexcept {
-  return sum_friction(depth, of_knot,
-                      [&](std::size_t n) { return intervals_[n].friction_travel == 0.0; });
+  return sum_friction(pieces_, {}, depth, of_knot);
 }
 
 double NeedlePath::friction(std::size_t interval, double depth,
                             std::span<double> of_knot) const noexcept {
-  return sum_friction(depth, of_knot, [&](std::size_t n) { return n == interval; });
+  return sum_friction(dragged_, interval, depth, of_knot);
 }
 
 }  // namespace palpate
