@@ -47,6 +47,8 @@ struct CreepingFriction {
     }
     return {sense * limit * x, h * limit / rise};
   }
+  /// Displacement of the tissue that is dragged along [m].
+  [[nodiscard]] double drag() const noexcept { return limit > 0.0 ? travel * force / limit : 0.0; }
   /// Energy of the tissue that is dragged along [J].
   [[nodiscard]] double energy() const noexcept {
     return limit > 0.0 ? 0.5 * travel / limit * force * force : 0.0;

@@ -358,7 +358,7 @@ template <class Real> class ToolContact : public ToolState {
     account(t - step_begin_);
     meet_bone(t, state);
     change_modes(t, held);
-    reach_drag(depth_ - depth_begin_);
+    reach_drag();
     remember_contact();
     if (in_tissue()) {
       match_positions(state);
@@ -424,6 +424,7 @@ template <class Real> class ToolContact : public ToolState {
     CreepingFriction law{};
     double force = 0.0;           ///< of the last apply() [N]
     double slope = 0.0;           ///< of this force over the shaft's velocity [N s/m]
+    double reached = 0.0;         ///< depth of the tip in the tissue where it is dragged to [m]
     std::vector<double> share{};  ///< of the contact points
   };
 
@@ -484,17 +485,24 @@ template <class Real> class ToolContact : public ToolState {
           one.force * step_length_ * dragging_velocity(one) - (one.law.energy() - before);
     }
   }
-  /// Adapts creeping friction to the depth of the tip, which has gone `deeper` [m] at once.
-  void reach_drag(double deeper) noexcept {
+  /// Returns how far the shaft pulls the surface out along the needle [m], <= 0.
+  [[nodiscard]] double pulled_surface() const noexcept {
+    const bool dragged = !drags_.empty() && drags_.front().interval == 0;
+    return dragged ? std::min(drags_.front().law.drag(), 0.0) : 0.0;
+  }
+  /// Adapts creeping friction to the depth of the tip. Tissue that the shaft drags along carries
+  /// its borders with it, so that the length of shaft in it changes by the slip alone.
+  void reach_drag() noexcept {
     for (ShaftDrag& one : drags_) {
-      const double limit = in_tissue() ? path_.friction(one.interval, depth_, one.share) : 0.0;
-      if (limit > 0.0) {
-        for (double& share : one.share) { share /= limit; }
-      } else {
-        std::ranges::fill(one.share, 0.0);
-      }
       const double before = one.law.energy();
-      one.law.reach(limit, deeper);
+      // Shaft that enters at a puncture drags its tissue at once: a second pass takes this drag.
+      for (int pass = 0; pass < 2; ++pass) {
+        const double reached = depth_ - one.law.drag();
+        const double limit = in_tissue() ? path_.friction(one.interval, reached, one.share) : 0.0;
+        for (double& share : one.share) { share = limit > 0.0 ? share / limit : 0.0; }
+        one.law.reach(limit, reached - one.reached);
+        one.reached = reached;
+      }
       losses_.friction -= one.law.energy() - before;
     }
   }
@@ -962,7 +970,7 @@ template <class Real> class ToolContact : public ToolState {
       tip_ = TipMode::stuck;
       tip_force_ = 0.0;
       depth_ = cut_;
-    } else if (here < skin) {
+    } else if (here < skin + pulled_surface()) {
       tip_ = TipMode::outside;
       depth_ = skin;
       leave(t);

@@ -126,9 +126,11 @@ TEST("a crack begins at the puncture force and grows at the cutting force") {
 
 TEST("creeping friction of two tissues turns with the needle and balances its energy") {
   for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {
-    Scene scene = timed(layered_scene(), 1.3, 1e-3, scheme);
+    Scene scene = timed(layered_scene(), 1.6, 1e-3, scheme);
     scene.output.audit = true;
-    scene.drive = Drive{.speed = 0.02, .depth = 0.010, .hold = 0.2, .withdraw_speed = 0.02};
+    // The tissue that the shaft drags along leaves it above the skin.
+    scene.drive =
+        Drive{.from = -0.003, .speed = 0.02, .depth = 0.010, .hold = 0.2, .withdraw_speed = 0.02};
     for (std::size_t n = 0; n < 2; ++n) {
       Material& material = scene.materials[n];
       material.friction = 20.0;
@@ -163,6 +165,27 @@ TEST("creeping friction of two tissues turns with the needle and balances its en
         lost.cutting + lost.friction + lost.damping + lost.impact + run.simulation.energy() - rest;
     CHECK_NEAR(spent / work, 1.0, 0.01);  // steps of first order
   }
+}
+
+TEST("tissue that follows the shaft on its way out encloses more of it") {
+  Scene scene = timed(layered_scene(), 1.2, 1e-3, "implicit-euler");
+  scene.drive = Drive{.speed = 0.02, .depth = 0.008, .withdraw_speed = 0.02};
+  scene.tissue.layers.resize(1);
+  scene.tissue.layers[0].thickness = 0.03;
+  scene.materials[0].friction = 20.0;
+  scene.materials[0].friction_travel = 1e-3;
+  Insertion run(scene);
+  double least = 0.0;
+  double depth = 0.0;
+  run.run([&] {
+    if (run.tool.forces.friction < least) {
+      least = run.tool.forces.friction;
+      depth = run.tool.depth;
+    }
+  });
+  REQUIRE(least < -0.05);
+  // All of the travel is used up: L = f (xi + delta). A tick moves the tip by 0.02 mm.
+  CHECK_NEAR(-least, 20.0 * (depth + 1e-3), 20.0 * 0.05e-3);
 }
 
 TEST("the hand's force, the tissue's and inertia balance") {
