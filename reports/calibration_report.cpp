@@ -469,4 +469,239 @@ std::string to_html(const CalibrationReport& report) {
                  .command = report.command});
 }
 
+// Calibration with insertions of several conditions.
+
+namespace {
+
+using comparison::FeatureSummary;
+
+constexpr double most_off = 2.0;  ///< standard deviations
+
+bool judged(const FeatureSummary& one) {
+  return !comparison::is_event(one.feature) && !std::isnan(deviations_off(one));
+}
+
+bool within(const FeatureSummary& one) { return std::abs(deviations_off(one)) <= most_off; }
+
+/// "8 of 9 features within two SD; 93 % of the samples in the corridor"
+std::string share_of(const ConditionCheck& condition) {
+  const comparison::GroupSummary& group = condition.group();
+  const auto all = std::ranges::count_if(group.features, judged);
+  const auto good = std::ranges::count_if(
+      group.features, [](const FeatureSummary& one) { return judged(one) && within(one); });
+  std::string text =
+      std::to_string(good) + " of " + std::to_string(all) + " features within two SD";
+  if (group.corridor) {
+    text += "; " + short_number(100.0 * group.coverage.inside, 3) +
+            " % of the samples in the corridor of the recordings";
+  }
+  return text;
+}
+
+std::string simulated_text(const FeatureSummary& one) {
+  return one.simulated ? comparison::shown(one.feature, *one.simulated, one.unit) : "absent";
+}
+
+/// Rows of a table with the features of conditions, under these first columns.
+void add_rows(Table& table, const std::vector<Cell>& first, const ConditionCheck& condition) {
+  for (const FeatureSummary& one : condition.group().features) {
+    if (!judged(one)) { continue; }
+    const double off = deviations_off(one);
+    std::vector<Cell> row = first;
+    row.insert(
+        row.end(),
+        {Cell(comparison::in_words(one.feature)), Cell(static_cast<double>(one.count)),
+         Cell(comparison::shown(one.feature, one.mean, one.unit)),
+         Cell(comparison::shown(one.feature, one.deviation, one.unit)), Cell(simulated_text(one)),
+         Cell(std::isfinite(off) ? short_number(off, 2) : std::string("-")),
+         Cell(std::string(within(one) ? "yes" : "no"))});
+    table.rows.push_back(std::move(row));
+  }
+}
+
+Table left_out_table(const std::vector<LeftOutNeedle>& left_out) {
+  Table table = make_table(
+      "left-out", "Each needle predicted by the others",
+      "Fitted without the recordings of the needle, then compared with them. SD: over the "
+      "recordings of this needle alone.",
+      {"needle", "condition", "feature", "recordings", "measured", "SD", "simulated", "in SD",
+       "within 2"});
+  for (const LeftOutNeedle& needle : left_out) {
+    for (const ConditionCheck& condition : needle.conditions) {
+      add_rows(table, {needle.needle, condition.name + (condition.fitted ? "" : " (predicted)")},
+               condition);
+    }
+  }
+  return table;
+}
+
+Json condition_json(const ConditionCheck& condition, const ComparisonReport& compared) {
+  const comparison::GroupSummary& group = condition.group();
+  const auto feature = [](const FeatureSummary& one) {
+    return object("name", comparison::name_of(one.feature), "unit", one.unit, "count", one.count,
+                  "mean", finite_or_null(one.mean), "standard_deviation",
+                  finite_or_null(one.deviation), "simulated", one.simulated, "deviations_off",
+                  finite_or_null(deviations_off(one)));
+  };
+  const auto recording = [](const RecordingFile& one) {
+    return object("file", one.file.filename().string(), "kind",
+                  io::word_of(one.input.recording.kind), "subject", one.input.recording.subject,
+                  "source", one.input.recording.source, "hash", one.hash);
+  };
+  return object("name", condition.name, "fitted", condition.fitted, "scene",
+                compared.simulation.file.filename().string(), "scene_hash",
+                compared.simulation.hash, "verdict", comparison::verdict_word(group.outcome.status),
+                "features", list_of(group.features, feature), "inside_corridor",
+                group.corridor ? Json(group.coverage.inside) : Json(nullptr), "recordings",
+                list_of(compared.recordings, recording));
+}
+
+std::size_t count_of(const InsertionFitReport& report, bool fitted) {
+  return static_cast<std::size_t>(
+      std::ranges::count(report.result.conditions, fitted, &ConditionCheck::fitted));
+}
+
+Section conditions_section(const InsertionFitReport& report, bool fitted) {
+  Section section{.kind = Section::Kind::section,
+                  .heading = fitted ? "Fitted conditions" : "Predicted conditions"};
+  for (std::size_t n = 0; n < report.conditions.size(); ++n) {
+    if (report.result.conditions[n].fitted != fitted) { continue; }
+    section.parts.emplace_back(group_section(report.conditions[n], 0));
+  }
+  return section;
+}
+
+std::vector<Fact> facts_of(const InsertionFitReport& report) {
+  const InsertionFit& result = report.result;
+  const Fit& fit = result.fit;
+  std::string starts;
+  for (const double misfit : result.misfits) {
+    starts += (starts.empty() ? "" : ", ") +
+              (std::isfinite(misfit) ? short_number(misfit, 3) : std::string("failed"));
+  }
+  return {{"search", fit.converged ? "converged" : "did not converge",
+           "in " + std::to_string(fit.iterations) + " iterations, " +
+               std::to_string(result.simulations) + " simulations"},
+          {"sum of squares", short_number(fit.misfit_after, 3),
+           "over " + std::to_string(fit.rows.size()) + " features; " +
+               short_number(fit.misfit_before, 3) + " before the fit"},
+          {"starts", starts, "sum of squares from each; the least is the fit"}};
+}
+
+}  // namespace
+
+std::vector<std::string> features_off(const ConditionCheck& condition) {
+  std::vector<std::string> lines;
+  for (const FeatureSummary& one : condition.group().features) {
+    if (!judged(one) || within(one)) { continue; }
+    const double off = deviations_off(one);
+    lines.push_back(condition.name + ": " + comparison::in_words(one.feature) + ": " +
+                    simulated_text(one) + " simulated, " +
+                    comparison::shown(one.feature, one.mean, one.unit) + " (SD " +
+                    comparison::shown(one.feature, one.deviation, one.unit) + ") measured" +
+                    (std::isfinite(off) ? ", " + short_number(off, 2) + " SD" : std::string()));
+  }
+  return lines;
+}
+
+std::string calibration_verdict(const InsertionFitReport& report) {
+  const Fit& fit = report.result.fit;
+  const bool predicts = count_of(report, false) > 0;
+  std::string text = "Fitted: " + std::to_string(fit.told.size()) + " of " +
+                     counted(fit.parameters.size(), "parameter", "parameters") + " to " +
+                     counted(count_of(report, true), "condition", "conditions");
+  for (const ConditionCheck& condition : report.result.conditions) {
+    if (condition.fitted == predicts) { continue; }
+    text += "; " + condition.name + ": " + share_of(condition);
+  }
+  return text;
+}
+
+std::vector<std::string> calibration_warnings(const InsertionFitReport& report) {
+  const InsertionFit& result = report.result;
+  NoteList list;
+  std::size_t phantoms = 0;
+  std::size_t all = 0;
+  for (const ComparisonReport& each : report.conditions) {
+    all += each.recordings.size();
+    phantoms += each.found.groups.front().phantoms;
+  }
+  list.add(phantoms == all,
+           "All recordings were made in a phantom: the values hold for its materials and needle "
+           "and are no evidence about patients.");
+  list.add(phantoms > 0 && phantoms < all, std::to_string(phantoms) + " of " + std::to_string(all) +
+                                               " recordings were made in a phantom.");
+  list.add(count_of(report, false) == 0,
+           "No condition was predicted: the features of the fitted ones agree by construction.");
+  list.add(!result.fit.converged,
+           "The search did not converge: values are the best that were tried.");
+  for (const FittedParameter& each : result.fit.parameters) {
+    list.add(each.at_bound, each.parameter.key + " lies at its bound: nothing is known beyond it.");
+  }
+  list.add(result.fit.widening > 1.0,
+           "The misfit is more than chance: the model cannot follow all features at once. "
+           "Intervals are widened by " +
+               short_number(result.fit.widening, 3) + ".");
+  for (const ConditionCheck& condition : result.conditions) {
+    for (const std::string& line : features_off(condition)) {
+      list.add(true, line + (condition.fitted ? " (fitted)" : "") + ".");
+    }
+    list.add(condition.group().only_curve_differs,
+             condition.name + ": features agree, curve does not.");
+  }
+  return list.notes;
+}
+
+std::string to_json(const InsertionFitReport& report) {
+  const InsertionFit& result = report.result;
+  const Fit& fit = result.fit;
+  Json conditions = Json::array();
+  for (std::size_t n = 0; n < result.conditions.size(); ++n) {
+    conditions.push_back(condition_json(result.conditions[n], report.conditions[n]));
+  }
+  Json left_out = Json::array();
+  for (const LeftOutNeedle& needle : result.left_out) {
+    Json predicted = Json::array();
+    for (const ConditionCheck& condition : needle.conditions) {
+      predicted.push_back(object("name", condition.name, "fitted", condition.fitted, "off",
+                                 features_off(condition)));
+    }
+    left_out.push_back(
+        object("needle", needle.needle, "converged", needle.converged, "conditions", predicted));
+  }
+  return json_text(object("schema", 1, "verdict", calibration_verdict(report), "held",
+                          result.outcome().status == Status::pass, "converged", fit.converged,
+                          "iterations", fit.iterations, "simulations", result.simulations, "starts",
+                          result.misfits.size(), "misfit_before", fit.misfit_before, "misfit_after",
+                          fit.misfit_after, "interval_widening", fit.widening, "parameters",
+                          list_of(fit.parameters, parameter_json), "correlation",
+                          correlation_json(fit), "conditions", conditions, "leave_one_needle_out",
+                          left_out, "warnings", calibration_warnings(report)),
+                   2);
+}
+
+std::string to_html(const InsertionFitReport& report) {
+  const InsertionFit& result = report.result;
+  const Outcome outcome = result.outcome();
+  Section parameters{.kind = Section::Kind::exhibits, .parts = {parameter_table(result.fit)}};
+  if (!result.left_out.empty()) { parameters.parts.emplace_back(left_out_table(result.left_out)); }
+  if (!result.fit.told.empty()) { parameters.parts.emplace_back(correlation_table(result.fit)); }
+  std::vector<PagePart> parts{
+      Section{.heading = "Limits of this result", .parts = {Notes{calibration_warnings(report)}}},
+      Section{.heading = "Key facts", .parts = {facts_of(report)}}};
+  if (count_of(report, false) > 0) { parts.emplace_back(conditions_section(report, false)); }
+  parts.emplace_back(conditions_section(report, true));
+  parts.emplace_back(Section{.heading = "Fitted parameters", .parts = {std::move(parameters)}});
+  std::size_t recordings = 0;
+  for (const ComparisonReport& each : report.conditions) { recordings += each.recordings.size(); }
+  return render({.banner = {.title = "Calibration with measured insertions",
+                            .small_print = {counted(recordings, "recording", "recordings")},
+                            .status = outcome.status,
+                            .verdict = calibration_verdict(report),
+                            .detail = outcome.reasons.empty() ? "" : outcome.reasons.front()},
+                 .parts = std::move(parts),
+                 .provenance = facts_of_map(report.provenance),
+                 .command = report.command});
+}
+
 }  // namespace palpate

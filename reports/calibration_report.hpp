@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "reports/comparison_report.hpp"
 #include "validation/calibration/calibration.hpp"
+#include "validation/calibration/insertion_fit.hpp"
 #include "validation/outcome.hpp"
 
 namespace palpate {
@@ -38,5 +40,22 @@ std::vector<std::string> calibration_warnings(const CalibrationReport& report);
 /// Contents of calibration.json. Output is deterministic.
 std::string to_json(const CalibrationReport& report);
 std::string to_html(const CalibrationReport& report);
+
+/// Calibration with insertions of several conditions.
+struct InsertionFitReport {
+  calibration::InsertionFit result{};
+  std::vector<ComparisonReport> conditions{};  ///< of `result.conditions`, in their order
+  std::string command{};
+  std::map<std::string, std::string> provenance{};  ///< only on the page
+};
+
+std::string calibration_verdict(const InsertionFitReport& report);
+std::vector<std::string> calibration_warnings(const InsertionFitReport& report);
+std::string to_json(const InsertionFitReport& report);
+std::string to_html(const InsertionFitReport& report);
+
+/// One line for each feature of a condition that is farther than two standard deviations from the
+/// recordings: "skin: withdrawal force: -2.60 N simulated, -2.14 N (SD 0.16 N) measured, -2.9 SD".
+std::vector<std::string> features_off(const calibration::ConditionCheck& condition);
 
 }  // namespace palpate

@@ -669,29 +669,6 @@ void add_reasons(const ComparisonReport& report, std::vector<PagePart>& parts) {
   parts.emplace_back(Section{.heading = "Why", .parts = {std::move(notes)}});
 }
 
-Section group_section(const ComparisonReport& report, std::size_t n) {
-  const GroupSummary& group = report.found.groups[n];
-  Section section{.kind = Section::Kind::article,
-                  .heading = name_of_group(group.group),
-                  .badge = badge_of(group)};
-  if (report.found.groups.size() > 1) { section.parts.emplace_back(Notes{group.outcome.reasons}); }
-  section.parts.emplace_back(exhibits_of(group_figures(report, n)));
-  if (report.options.comparison.quantity == QuantityKind::insertion) {
-    section.parts.emplace_back(
-        Paragraph{"Measured mean and standard deviation (SD) over the recordings, and the "
-                  "simulated insertion:"});
-    section.parts.emplace_back(insertion_table(group));
-    return section;
-  }
-  if (!group.means.empty()) {
-    section.parts.emplace_back(
-        Paragraph{"The simulated insertion compared with the means over subjects:"});
-    section.parts.emplace_back(features_table(group.means));
-  }
-  section.parts.emplace_back(subjects_table(group));
-  return section;
-}
-
 void add_groups(const ComparisonReport& report, std::vector<PagePart>& parts) {
   if (report.recordings.size() < 2) { return; }
   Section section{.kind = Section::Kind::section,
@@ -1097,6 +1074,29 @@ std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_
   }
   figures.push_back(residual_figure(report, recording));
   return figures;
+}
+
+Section group_section(const ComparisonReport& report, std::size_t n) {
+  const GroupSummary& group = report.found.groups[n];
+  Section section{.kind = Section::Kind::article,
+                  .heading = name_of_group(group.group),
+                  .badge = badge_of(group)};
+  if (report.found.groups.size() > 1) { section.parts.emplace_back(Notes{group.outcome.reasons}); }
+  section.parts.emplace_back(exhibits_of(group_figures(report, n)));
+  if (report.options.comparison.quantity == QuantityKind::insertion) {
+    section.parts.emplace_back(
+        Paragraph{"Measured mean and standard deviation (SD) over the recordings, and the "
+                  "simulated insertion:"});
+    section.parts.emplace_back(insertion_table(group));
+    return section;
+  }
+  if (!group.means.empty()) {
+    section.parts.emplace_back(
+        Paragraph{"The simulated insertion compared with the means over subjects:"});
+    section.parts.emplace_back(features_table(group.means));
+  }
+  section.parts.emplace_back(subjects_table(group));
+  return section;
 }
 
 std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t index) {

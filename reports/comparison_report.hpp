@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "reports/html/html_page.hpp"
 #include "reports/recording_input.hpp"
 #include "validation/comparison/comparison.hpp"
 #include "validation/comparison/group_comparison.hpp"
@@ -58,6 +59,9 @@ std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_
 /// Figures of a group: the corridor with the simulated trace, and the difference of the trace from
 /// the mean. Empty if the group has no corridor.
 std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t group);
+
+/// Section of a page for one group: its figures and a table of its features.
+Section group_section(const ComparisonReport& report, std::size_t group);
 
 // comparison.json (docs/formats.md).
 

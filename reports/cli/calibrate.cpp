@@ -27,6 +27,9 @@ struct CalibrateOptions : CommonOptions {
   std::vector<std::string> priors{};      ///< KEY=VALUE:SPREAD
   std::vector<std::string> bounds{};      ///< KEY=LOWER:UPPER
   int jobs = 0;                           ///< parallel simulations; 0: one per core
+  std::vector<std::string> conditions{};  ///< SCENE [KEY=VALUE]... RECORDING..., see split()
+  std::vector<std::string> predictions{};
+  int starts = 1;
 };
 
 using calibration::Parameter;
@@ -100,10 +103,10 @@ void refuse_outside(const Parameter& p) {
                    " is outside; the prior must be between the bounds");
 }
 
-/// Parameters of the scene with the changes of --parameter, --prior KEY=VALUE:SPREAD and --bounds
+/// Parameters with the changes of --parameter, --prior KEY=VALUE:SPREAD and --bounds
 /// KEY=LOWER:UPPER. Throws InputError.
-std::vector<Parameter> chosen_parameters(const CalibrateOptions& options, const Scene& scene) {
-  std::vector<Parameter> all = calibration::parameters_of(scene);
+std::vector<Parameter> chosen_parameters(const CalibrateOptions& options,
+                                         std::vector<Parameter> all) {
   for (const std::string& text : options.priors) {
     const Pair pair =
         parse_pair("--prior", text, "KEY=VALUE:SPREAD, spread being the SD of the logarithm");
@@ -193,14 +196,218 @@ Scene scene_at_priors(const Scene& scene, const std::vector<Parameter>& paramete
   return with_values(scene, parameters, values);
 }
 
+// Insertions of several conditions.
+
+/// A condition as given on the command line, and its files.
+struct GivenCondition {
+  LoadedScene scene;
+  std::vector<RecordingFile> recordings{};
+  calibration::Condition condition{};
+};
+
+/// Splits the values of all uses of an option into those of each use. Between them stands an empty
+/// value, or "%%" with later versions of CLI11.
+std::vector<std::vector<std::string>> split(const std::vector<std::string>& values) {
+  std::vector<std::vector<std::string>> uses;
+  bool first = true;
+  for (const std::string& value : values) {
+    if (value.empty() || value == "%%") {
+      first = true;
+      continue;
+    }
+    if (first) { uses.emplace_back(); }
+    first = false;
+    uses.back().push_back(value);
+  }
+  return uses;
+}
+
+/// Loads "SCENE [KEY=VALUE]... RECORDING...". Throws InputError.
+GivenCondition load_condition(const std::string& option, const std::vector<std::string>& words,
+                              const CalibrateOptions& options, bool fitted) {
+  const std::filesystem::path file = words.front();
+  CommonOptions common = options;
+  std::string name = file.stem().string();
+  std::vector<std::filesystem::path> recordings;
+  for (const std::string& word : std::span(words).subspan(1)) {
+    if (word.find('=') != word.npos && !std::filesystem::exists(word)) {
+      common.overrides.push_back(word);
+      name += " " + word;
+    } else {
+      recordings.emplace_back(word);
+    }
+  }
+  if (recordings.empty()) {
+    throw InputError(option + " " + file.string() +
+                     ": no recording; needed is SCENE [KEY=VALUE]... RECORDING...");
+  }
+  GivenCondition given{.scene = load_scene(file, common, false),
+                       .recordings = read_recordings(recordings)};
+  given.condition = {.name = name, .scene = given.scene.file.scene, .fitted = fitted};
+  for (const RecordingFile& each : given.recordings) {
+    given.condition.recordings.push_back(each.input.recording);
+  }
+  if (const std::string why = why_not_calibrated(given.condition); !why.empty()) {
+    throw InputError(option + " " + file.string() + ": " + why);
+  }
+  return given;
+}
+
+std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
+  if (!options.recordings.empty() || !options.scene.empty()) {
+    throw InputError(
+        "calibrate: --condition names scenes and recordings; neither --scene nor "
+        "recordings can stand beside it");
+  }
+  if (options.conditions.empty()) {
+    throw InputError("calibrate: --predict needs a --condition to fit");
+  }
+  std::vector<GivenCondition> all;
+  for (const auto& words : split(options.conditions)) {
+    all.push_back(load_condition("--condition", words, options, true));
+  }
+  for (const auto& words : split(options.predictions)) {
+    all.push_back(load_condition("--predict", words, options, false));
+  }
+  for (auto one = all.begin(); one != all.end(); ++one) {
+    const auto same = [&](const GivenCondition& other) {
+      return other.condition.name == one->condition.name;
+    };
+    if (std::find_if(all.begin(), one, same) != one) {
+      throw InputError("calibrate: " + one->condition.name +
+                       " is given twice; every condition needs a scene or keys of its own");
+    }
+  }
+  return all;
+}
+
+ComparisonReport compared(const GivenCondition& given, const ConditionCheck& check,
+                          const CalibrateOptions& options) {
+  ComparisonReport report{.recordings = given.recordings,
+                          .simulation = {.origin = ComparedSimulation::Origin::scene,
+                                         .file = given.scene.file.inputs.front(),
+                                         .hash = io::content_hash(given.scene.file.text),
+                                         .title = check.scene.title,
+                                         .trace = check.simulated},
+                          .found = check.comparison,
+                          .command = options.command};
+  report.options.comparison.quantity = comparison::QuantityKind::insertion;
+  report.options.comparison.column = comparison::column_of(report.options.comparison);
+  return report;
+}
+
+/// File name of the fitted scene of a condition.
+std::string fitted_name(std::string name) {
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '.') { c = '_'; }
+  }
+  return name + "-fitted.toml";
+}
+
+std::vector<std::string> comment_of(const InsertionFitReport& report, const std::string& name) {
+  std::vector<std::string> lines{
+      "Fitted by `palpate calibrate`; condition " + name + ". " + calibration_verdict(report) + ".",
+      "Fitted values, with 95 % intervals:"};
+  const Fit& fit = report.result.fit;
+  for (const std::size_t n : fit.told) {
+    const FittedParameter& each = fit.parameters[n];
+    char text[160];
+    std::snprintf(text, sizeof text, ": %.5g (%.3g to %.3g) %s, was %.5g", each.value,
+                  each.interval.lower, each.interval.upper, each.parameter.unit.c_str(),
+                  each.parameter.prior);
+    lines.push_back("  " + each.parameter.key + text);
+  }
+  lines.emplace_back("Recordings:");
+  for (std::size_t n = 0; n < report.conditions.size(); ++n) {
+    if (!report.result.conditions[n].fitted) { continue; }
+    for (const RecordingFile& each : report.conditions[n].recordings) {
+      lines.push_back("  " + each.file.filename().string() + " (" +
+                      std::string(io::word_of(each.input.recording.kind)) + "), FNV-1a " +
+                      each.hash);
+    }
+  }
+  return lines;
+}
+
+void tell(const InsertionFitReport& report, const std::filesystem::path& folder) {
+  std::printf("%s\n", calibration_verdict(report).c_str());
+  const Fit& fit = report.result.fit;
+  for (const std::size_t n : fit.told) {
+    const FittedParameter& each = fit.parameters[n];
+    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n", each.parameter.key.c_str(),
+                each.parameter.prior, each.value, each.parameter.unit.c_str(), each.interval.lower,
+                each.interval.upper);
+  }
+  for (const std::string& warning : calibration_warnings(report)) {
+    std::fprintf(stderr, "palpate: note: %s\n", warning.c_str());
+  }
+  std::printf("%s\n", (folder / "report.html").string().c_str());
+}
+
+int run_insertions(const CalibrateOptions& options) {
+  std::vector<GivenCondition> given = load_conditions(options);
+  std::vector<calibration::Condition> conditions;
+  for (const GivenCondition& each : given) { conditions.push_back(each.condition); }
+  const std::vector<Parameter> parameters =
+      chosen_parameters(options, calibration::parameters_of(conditions));
+  if (parameters.empty()) {
+    throw InputError(
+        "calibrate: the materials of the fitted conditions have no parameter above "
+        "zero; friction, cutting_force or youngs_modulus are needed");
+  }
+  for (calibration::Condition& each : conditions) {
+    each.scene = calibration::at_priors(each.scene, parameters);
+  }
+  const CalibrationOptions how = calibration_options(options);
+  InsertionFitReport report{.command = options.command, .provenance = build_provenance()};
+  try {
+    InsertionFitOptions fit_options{
+        .jobs = how.jobs, .starts = options.starts, .stop = &interrupted};
+    if (how.progress) {
+      fit_options.progress = [](const std::string& stage) { tell_stage(stage.c_str()); };
+    }
+    report.result = fit_insertions(conditions, parameters, fit_options);
+  } catch (const Interrupted&) {
+    std::fprintf(stderr, "palpate: interrupted before a fit; nothing was written\n");
+    return interrupted_code;
+  }
+  std::vector<std::pair<std::string, std::string>> files;
+  for (std::size_t n = 0; n < given.size(); ++n) {
+    report.conditions.push_back(compared(given[n], report.result.conditions[n], options));
+  }
+  for (std::size_t n = 0; n < given.size(); ++n) {
+    const std::string& name = report.result.conditions[n].name;
+    files.emplace_back(
+        fitted_name(name),
+        io::rewrite_scene(given[n].scene.file,
+                          changes(given[n].scene.file.scene, report.result.conditions[n].scene),
+                          comment_of(report, name)));
+  }
+  files.emplace_back("calibration.json", to_json(report));
+  files.emplace_back("report.html", to_html(report));
+  const std::filesystem::path folder = options.make_folder();
+  for (const auto& [name, text] : files) { io::replace_file(folder / name, text); }
+  if (!options.quiet) { tell(report, folder); }
+  return report.result.outcome().status == Status::pass ? done : fell_short;
+}
+
 int run_calibrate(const CalibrateOptions& options) {
   catch_interrupts();
+  if (!options.conditions.empty() || !options.predictions.empty()) {
+    return run_insertions(options);
+  }
+  if (options.recordings.empty() || options.scene.empty()) {
+    throw InputError(
+        "calibrate: recordings and --scene SCENE are needed, or --condition SCENE "
+        "RECORDING... for insertions with force and depth");
+  }
   const LoadedScene loaded = load_scene(options.scene, options, false);
   const Scene& scene = loaded.file.scene;
   if (const std::string why = why_not_calibrated(scene); !why.empty()) {
     throw InputError(options.scene.string() + ": " + why);
   }
-  const std::vector<Parameter> parameters = chosen_parameters(options, scene);
+  const std::vector<Parameter> parameters =
+      chosen_parameters(options, calibration::parameters_of(scene));
   CalibrationReport report;
   read_recordings(options.recordings, [&report](const RecordingFile& read) {
     report.recordings.push_back(observed(read));
@@ -235,11 +442,23 @@ void add_calibrate(Program& program) {
   const auto [command, options] = add_command(
       program, "calibrate", "fit layers and syringe of a scene to recordings", run_calibrate);
   add_value(command, "recordings", options.recordings, "RECORDING",
-            "recordings in any format that import reads")
-      ->required();
+            "recordings in any format that import reads");
   add_value(command, "--scene", options.scene, "SCENE",
-            "scene file: needle, layers, syringe (docs/scenes.md)")
-      ->required();
+            "scene file: needle, layers, syringe (docs/scenes.md)");
+  const auto add_condition = [&](const char* name, std::vector<std::string>& values,
+                                 const char* help) {
+    command.add_option(name, values, help)
+        ->type_name("SCENE [KEY=VALUE]... RECORDING...")
+        ->expected(2, CLI::detail::expected_max_vector_size)
+        ->inject_separator();
+  };
+  add_condition("--condition", options.conditions,
+                "measured insertions with force and depth, and the scene that simulates them; "
+                "repeatable, fitted together");
+  add_condition("--predict", options.predictions,
+                "insertions that are not fitted but predicted; repeatable");
+  command.add_option("--starts", options.starts, "searches from different places [1]")
+      ->check(CLI::Range(1, 100));
   add_overrides(command, options);
   add_value(command, "--parameter", options.parameters, "KEY",
             "fit this key, as material.NAME.friction; repeatable [all]");

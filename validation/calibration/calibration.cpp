@@ -201,17 +201,18 @@ std::vector<std::size_t> choose(const Search& search, const Forward& forward,
   return {told.begin(), told.end()};
 }
 
-/// Selects constrained parameters at the prior, and again at the fit, until all fitted parameters
+/// Selects constrained parameters at the begin, and again at the fit, until all fitted parameters
 /// are constrained. Removed parameters do not return, so the loop ends.
-Search::Found search_told(Forward& forward, const Pooled& data, Fit& result) {
+Search::Found search_told(Forward& forward, const Pooled& data, const Forward::Values& begin,
+                          const reference::LeastSquaresRule& rule, Fit& result) {
   const Forward::Values priors = forward.priors();
-  result.told = choose(Search(forward, data, {}), forward, priors, all_of(forward));
-  Search::Found found{.values = priors};
+  result.told = choose(Search(forward, data, {}), forward, begin, all_of(forward));
+  Search::Found found{.values = begin};
   for (;;) {
     const Search search(forward, data, result.told);
     Forward::Values start = found.values;
     for (const std::size_t n : besides(forward, result.told)) { start[n] = priors[n]; }
-    found = search.from(start);
+    found = search.from(start, rule);
     result.iterations += found.iterations;
     const std::vector<std::size_t> still = choose(search, forward, found.values, result.told);
     if (still == result.told) { return found; }
@@ -285,7 +286,8 @@ Forward::Values Fit::values() const {
   return values;
 }
 
-Fit fit(Forward& forward, const Pooled& data) {
+Fit fit(Forward& forward, const Pooled& data, const Forward::Values& start,
+        const reference::LeastSquaresRule& rule) {
   Fit result{.rows = data.present(), .data = data};
   if (result.rows.empty() || forward.parameters().empty()) {
     throw std::invalid_argument("calibration: no observable or no parameter is left to fit");
@@ -295,7 +297,8 @@ Fit fit(Forward& forward, const Pooled& data) {
   result.before = forward.at(priors);
   const Eigen::VectorXd sensitivity =
       sensitivities(search.slopes(priors, all_of(forward)), search.covariance());
-  const Search::Found found = search_told(forward, data, result);
+  const Search::Found found =
+      search_told(forward, data, start.empty() ? priors : start, rule, result);
   result.after = forward.at(found.values);
   result.converged = found.converged;
   result.misfit_before = search.misfits(result.before).squaredNorm();

@@ -119,9 +119,10 @@ struct Fit {
   [[nodiscard]] Forward::Values values() const;
 };
 
-/// Fits the parameters. Throws the runtime_error of the forward model, and invalid_argument if
-/// there is nothing to fit.
-Fit fit(Forward& forward, const Pooled& data);
+/// Fits the parameters, from their priors or from `start`. Throws the runtime_error of the forward
+/// model, and invalid_argument if there is nothing to fit.
+Fit fit(Forward& forward, const Pooled& data, const Forward::Values& start = {},
+        const reference::LeastSquaresRule& rule = {});
 
 /// Misfit for values of one parameter around its fit, with the other constrained parameters fitted
 /// again at each value.

@@ -61,6 +61,10 @@ void add_materials(Scene& scene, std::size_t count, std::vector<Slot>& slots) {
     if (material == nullptr || std::ranges::find(seen, name) != seen.end()) { continue; }
     seen.push_back(name);
     const std::string key = "material." + name + ".";
+    if (material->puncture_force) {
+      slots.push_back({key + "puncture_force", "N", &*material->puncture_force,
+                       within_a_factor(2.0), "assumed: within a factor of 2"});
+    }
     slots.push_back(
         {key + "cutting_force", "N", &material->cutting_force, within_a_factor(2.0),
          "assumed: within a factor of 2; the share of cutting is ex vivo (Barnett et al. 2015)"});
@@ -69,6 +73,12 @@ void add_materials(Scene& scene, std::size_t count, std::vector<Slot>& slots) {
                      "(Schneider et al. 1978)"});
     slots.push_back({key + "youngs_modulus", "Pa", &material->youngs_modulus, within_a_factor(3.0),
                      "assumed: within a factor of 3; reviews span more (Kalra et al. 2016)"});
+    slots.push_back({key + "indentation_toe", "m", &material->indentation_toe, within_a_factor(3.0),
+                     "assumed: within a factor of 3"});
+    slots.push_back({key + "friction_travel", "m", &material->friction_travel, within_a_factor(3.0),
+                     "assumed: within a factor of 3"});
+    slots.push_back({key + "friction_exponent", "1", &material->friction_exponent,
+                     within_a_factor(2.0), "assumed: within a factor of 2"});
   }
 }
 
@@ -76,7 +86,7 @@ std::vector<Slot> slots_of(Scene& scene) {
   std::vector<Slot> slots;
   const std::size_t count = passed_layers(scene);
   add_materials(scene, count, slots);
-  if (count > 0) {
+  if (count > 0 && scene.syringe) {
     const std::size_t n = layer_of_body_mass(scene, count);
     slots.push_back(
         {"layer." + std::to_string(n) + ".thickness", "m", &scene.tissue.layers[n].thickness, 0.7,
@@ -227,9 +237,9 @@ ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>
   return observe(run);
 }
 
-Forward::Forward(Scene scene, std::vector<Parameter> parameters, int jobs,
+Forward::Forward(std::vector<Scene> scenes, std::vector<Parameter> parameters, int jobs,
                  const std::atomic<bool>* stop, Simulate simulate)
-    : scene_(std::move(scene)),
+    : scenes_(std::move(scenes)),
       parameters_(std::move(parameters)),
       jobs_(std::max(1, jobs)),
       stop_(stop),
@@ -237,6 +247,21 @@ Forward::Forward(Scene scene, std::vector<Parameter> parameters, int jobs,
   if (!simulate_) {
     simulate_ = [stop](const Scene& changed) { return simulate_insertion(changed, stop); };
   }
+  for (Scene& scene : scenes_) {
+    const std::vector<Slot> slots = slots_of(scene);
+    std::vector<std::size_t>& own = own_.emplace_back();
+    for (std::size_t n = 0; n < parameters_.size(); ++n) {
+      if (std::ranges::find(slots, parameters_[n].key, &Slot::key) != slots.end()) {
+        own.push_back(n);
+      }
+    }
+  }
+}
+
+Forward::Trial Forward::trial(std::size_t scene, const Values& place) const {
+  Trial trial{.scene = scene};
+  for (const std::size_t n : own_[scene]) { trial.values.push_back(place[n]); }
+  return trial;
 }
 
 Forward::Values Forward::priors() const {
@@ -245,48 +270,61 @@ Forward::Values Forward::priors() const {
   return values;
 }
 
-Observation Forward::simulate(const Values& place) const {
+Observation Forward::simulate(const Trial& trial) const {
   if (stop_ != nullptr && stop_->load(std::memory_order_relaxed)) { throw Interrupted(); }
-  const ObservedInsertion seen = simulate_(with_values(scene_, parameters_, place));
+  std::vector<Parameter> own;
+  for (const std::size_t n : own_[trial.scene]) { own.push_back(parameters_[n]); }
+  const ObservedInsertion seen = simulate_(with_values(scenes_[trial.scene], own, trial.values));
   if (!seen.refusal.empty()) {
     throw std::runtime_error("calibration: the simulated insertion" +
-                             places_text(parameters_, place) + " " + seen.refusal);
+                             places_text(own, trial.values) + " " + seen.refusal);
   }
   return seen.value;
 }
 
-void Forward::simulate_new(const std::vector<Values>& places) {
-  std::vector<Observation> found(places.size());
-  std::vector<std::exception_ptr> thrown(places.size());
+void Forward::simulate_new(const std::vector<Trial>& trials) {
+  std::vector<Observation> found(trials.size());
+  std::vector<std::exception_ptr> thrown(trials.size());
   std::atomic<std::size_t> next{0};
   const auto work = [&] {
-    for (std::size_t n = next++; n < places.size(); n = next++) {
+    for (std::size_t n = next++; n < trials.size(); n = next++) {
       try {
-        found[n] = simulate(places[n]);
+        found[n] = simulate(trials[n]);
       } catch (...) { thrown[n] = std::current_exception(); }
     }
   };
   {
     std::vector<std::jthread> helpers;
-    const auto most = std::min<std::size_t>(static_cast<std::size_t>(jobs_), places.size());
+    const auto most = std::min<std::size_t>(static_cast<std::size_t>(jobs_), trials.size());
     for (std::size_t n = 1; n < most; ++n) { helpers.emplace_back(work); }
     work();
   }
-  for (std::size_t n = 0; n < places.size(); ++n) {
+  for (std::size_t n = 0; n < trials.size(); ++n) {
     if (thrown[n]) { std::rethrow_exception(thrown[n]); }
-    seen_.emplace(places[n], std::move(found[n]));
+    seen_.emplace(trials[n], std::move(found[n]));
   }
 }
 
 std::vector<Observation> Forward::at(const std::vector<Values>& places) {
-  std::vector<Values> unseen;
+  std::vector<Trial> unseen;
   for (const Values& place : places) {
-    const bool known = seen_.contains(place) || std::ranges::find(unseen, place) != unseen.end();
-    if (!known) { unseen.push_back(place); }
+    for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
+      Trial next = trial(scene, place);
+      const bool known = seen_.contains(next) || std::ranges::find(unseen, next) != unseen.end();
+      if (!known) { unseen.push_back(std::move(next)); }
+    }
   }
   simulate_new(unseen);
   std::vector<Observation> found;
-  for (const Values& place : places) { found.push_back(seen_.at(place)); }
+  for (const Values& place : places) {
+    Observation all;
+    for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
+      const Observation& part = seen_.at(trial(scene, place));
+      all.conservativeResize(all.size() + part.size());
+      all.tail(part.size()) = part;
+    }
+    found.push_back(std::move(all));
+  }
   return found;
 }
 

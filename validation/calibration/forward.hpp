@@ -68,34 +68,48 @@ struct Coarsening {
 };
 Scene coarser(Scene scene, const Coarsening& how = {});
 
-/// Forward model from parameter values (in the order of the list) to observables, with a cache.
+/// Forward model from parameter values (in the order of the list) to the observables of one or
+/// several scenes, with a cache.
 class Forward {
  public:
   using Values = std::vector<double>;
-  /// Replacement of the simulation, for tests and planted faults.
+  /// Replacement of the simulation, for other observables, tests and planted faults.
   using Simulate = std::function<ObservedInsertion(const Scene&)>;
 
-  Forward(Scene scene, std::vector<Parameter> parameters, int jobs = 1,
+  /// The observables of several scenes follow one another. A parameter changes the scenes that
+  /// have it.
+  Forward(std::vector<Scene> scenes, std::vector<Parameter> parameters, int jobs = 1,
           const std::atomic<bool>* stop = nullptr, Simulate simulate = {});
+  Forward(const Scene& scene, std::vector<Parameter> parameters, int jobs = 1,
+          const std::atomic<bool>* stop = nullptr, Simulate simulate = {})
+      : Forward(std::vector{scene}, std::move(parameters), jobs, stop, std::move(simulate)) {}
   /// Simulates at several parameter values, `jobs` at a time; cached values are not simulated
   /// again. Throws runtime_error if a scene diverges or shows no loss of resistance.
   std::vector<Observation> at(const std::vector<Values>& places);
   Observation at(const Values& place) { return at(std::vector<Values>{place}).front(); }
 
   [[nodiscard]] const std::vector<Parameter>& parameters() const { return parameters_; }
-  [[nodiscard]] std::size_t simulations() const { return seen_.size(); }
+  [[nodiscard]] std::size_t simulations() const { return seen_.size(); }  ///< of single scenes
   [[nodiscard]] Values priors() const;
 
  private:
-  Observation simulate(const Values& place) const;
-  void simulate_new(const std::vector<Values>& places);
+  /// A scene at the values of its own parameters.
+  struct Trial {
+    std::size_t scene = 0;
+    Values values{};
+    auto operator<=>(const Trial&) const = default;
+  };
+  [[nodiscard]] Trial trial(std::size_t scene, const Values& place) const;
+  Observation simulate(const Trial& trial) const;
+  void simulate_new(const std::vector<Trial>& trials);
 
-  Scene scene_;
+  std::vector<Scene> scenes_;
   std::vector<Parameter> parameters_;
+  std::vector<std::vector<std::size_t>> own_;  ///< indices of the parameters of each scene
   int jobs_;
   const std::atomic<bool>* stop_;
   Simulate simulate_;
-  std::map<Values, Observation> seen_{};
+  std::map<Trial, Observation> seen_{};
 };
 
 /// Runs the scene without shortcuts and returns its observables.
