@@ -5,10 +5,13 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 #include <set>
 #include <stdexcept>
 #include <utility>
+
+#include "model/problem/cell_law.hpp"
 
 namespace palpate {
 
@@ -100,7 +103,6 @@ const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& prob
     return "nothing is fixed that what lies further away could rest on";
   }
   if (!network.laws.empty()) { return "its springs stiffen or relax"; }
-  if (has_volume_terms(network)) { return "its cells resist changes of their volume"; }
   if (!scene.tissue.gravity.isZero()) { return "gravity pulls at what lies further away"; }
   if (network.initial_displacement.size() > 0 || network.initial_velocity.size() > 0) {
     return "the tissue does not begin at rest";
@@ -126,6 +128,23 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
   if (far == 0) { return {.obstacle = "no free node lies further away"}; }
   return {.nodes = std::move(nodes), .far_nodes = far};
+}
+
+std::array<Eigen::Vector3d, 8> volume_gradient(const SpringNetwork& network,
+                                               const VolumeCell& cell) {
+  Corners<double> x;
+  for (std::size_t n = 0; n < 8; ++n) {
+    const Eigen::Vector3d place = network.rest_position.col(cell.nodes[n]);
+    x[n] = {place.x(), place.y(), place.z()};
+  }
+  Corners<double> sum{};
+  for (std::size_t n = 0; n < 8; ++n) {
+    add_gradient(edges_at(x, n), n, 1.0 / (8.0 * cell.volume), sum);
+  }
+  std::array<Eigen::Vector3d, 8> gradient;
+  std::ranges::transform(sum, gradient.begin(),
+                         [](const Vector3Of<double>& g) { return Eigen::Vector3d(g.x, g.y, g.z); });
+  return gradient;
 }
 
 namespace {
@@ -249,12 +268,17 @@ Eigen::Index GradedLattice::coordinate(int node) const {
   return *most == 1.0 ? at.coordinate[static_cast<std::size_t>(most - at.weight.begin())] : -1;
 }
 
-/// Returns the cells with their springs. Springs are shorter than cells, so each spring is inside
-/// one cell.
-auto GradedLattice::cells_with_springs() const -> std::vector<CellStiffness> {
+std::size_t GradedLattice::number_of(const Cell& cell) const {
+  const auto at = [&](std::size_t n) { return static_cast<std::size_t>(cell[n]); };
+  return (at(2) * (axes_[1].size() - 1) + at(1)) * (axes_[0].size() - 1) + at(0);
+}
+
+/// Returns the stiffness of the coarse cells. Springs are not longer than these, so each is inside
+/// one.
+auto GradedLattice::element_stiffness() const -> std::vector<CellStiffness> {
   const SpringNetwork& network = problem_.network();
-  const std::size_t along[2] = {axes_[0].size() - 1, axes_[1].size() - 1};
-  std::vector<CellStiffness> cells(along[0] * along[1] * (axes_[2].size() - 1));
+  std::vector<CellStiffness> cells((axes_[0].size() - 1) * (axes_[1].size() - 1) *
+                                   (axes_[2].size() - 1));
   for (const Spring& spring : network.springs) {
     if (network.is_fixed(spring.a) && network.is_fixed(spring.b)) { continue; }
     const std::array<int, 3> a = shape_.place(spring.a);
@@ -269,20 +293,52 @@ auto GradedLattice::cells_with_springs() const -> std::vector<CellStiffness> {
       const auto c = static_cast<std::size_t>(corner);
       grows.segment<3>(3 * corner) = (to.weight[c] - from.weight[c]) * apart.normalized();
     }
-    const auto number =
-        (static_cast<std::size_t>(cell[2]) * along[1] + static_cast<std::size_t>(cell[1])) *
-            along[0] +
-        static_cast<std::size_t>(cell[0]);
-    cells[number].coordinate = from.coordinate;
-    cells[number].matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, spring.stiffness);
+    CellStiffness& into = cells[number_of(cell)];
+    into.coordinate = from.coordinate;
+    into.matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, spring.stiffness);
   }
+  add_volumes(cells);
   return cells;
+}
+
+/// Adds the resistance to changes of volume. A coarse cell has one mean volume: the volumes of all
+/// cells in it would lock it.
+void GradedLattice::add_volumes(std::vector<CellStiffness>& cells) const {
+  const SpringNetwork& network = problem_.network();
+  struct Sum {
+    Eigen::Matrix<double, block, 1> growth = Eigen::Matrix<double, block, 1>::Zero();  ///< [m^2]
+    double volume = 0.0;                                                               ///< [m^3]
+    double modulus = 0.0;  ///< times the volume [N m]
+  };
+  std::map<std::size_t, Sum> sums;
+  for (const VolumeCell& fine : network.cells) {
+    const auto fixed = [&](int node) { return network.is_fixed(node); };
+    if (fine.stiffness == 0.0 || std::ranges::all_of(fine.nodes, fixed)) { continue; }
+    const Cell cell = cell_from(shape_.place(*std::ranges::min_element(fine.nodes)));
+    const std::size_t number = number_of(cell);
+    Sum& sum = sums[number];
+    const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(network, fine);
+    for (std::size_t n = 0; n < 8; ++n) {
+      const Place at = place_in(fine.nodes[n], cell);
+      for (int corner = 0; corner < corners; ++corner) {
+        sum.growth.segment<3>(3 * corner) +=
+            at.weight[static_cast<std::size_t>(corner)] * fine.volume * gradient[n];
+      }
+      cells[number].coordinate = at.coordinate;
+    }
+    sum.volume += fine.volume;
+    sum.modulus += fine.stiffness * fine.volume;
+  }
+  for (const auto& [number, sum] : sums) {
+    cells[number].matrix.selfadjointView<Eigen::Lower>().rankUpdate(
+        sum.growth, sum.modulus / (sum.volume * sum.volume));
+  }
 }
 
 /// Returns the lower half of the stiffness matrix.
 Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
   std::vector<Eigen::Triplet<double>> entries;
-  for (const CellStiffness& cell : cells_with_springs()) {
+  for (const CellStiffness& cell : element_stiffness()) {
     for (int column = 0; column < block; ++column) {
       const Eigen::Index c = cell.coordinate[static_cast<std::size_t>(column / 3)];
       for (int row = column; row < block; ++row) {
@@ -453,10 +509,8 @@ ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
   share_out_mass(problem.network(), shapes);
   if (shapes.modes() == 0) { return shapes; }  // the loads do not displace the far tissue
   GramSum stiffness(shapes.modes());
-  visit_far_springs(problem.network(), shapes,
-                    [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
-                      stiffness.add(grows, spring.stiffness);
-                    });
+  visit_far_parts(problem.network(), shapes,
+                  [&](const FarPart& part) { stiffness.add(part.grows, part.stiffness); });
   const Eigen::SelfAdjointEigenSolver<MatrixXd> own(stiffness.take());
   shapes.phi = (own.eigenvectors().transpose() * shapes.phi).eval();
   return shapes;

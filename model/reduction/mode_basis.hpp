@@ -6,9 +6,11 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "model/problem/needle_path.hpp"
@@ -93,7 +95,9 @@ class GradedLattice {
   [[nodiscard]] Eigen::Index index(int i, int j, int l) const;
   [[nodiscard]] Cell cell_from(const std::array<int, 3>& place) const;
   [[nodiscard]] Place place_in(int node, const Cell& cell) const;
-  [[nodiscard]] std::vector<CellStiffness> cells_with_springs() const;
+  [[nodiscard]] std::vector<CellStiffness> element_stiffness() const;
+  void add_volumes(std::vector<CellStiffness>& cells) const;
+  [[nodiscard]] std::size_t number_of(const Cell& cell) const;
   [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const;
 
   const NetworkProblem& problem_;
@@ -147,7 +151,7 @@ struct ModeBasis {
 ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
                      const ReductionSetting& setting);
 
-// Springs with at least one far end, and sums over them.
+// Springs and cells with at least one far node, and sums over them.
 
 /// Sum of k s s^T over many vectors s, accumulated in blocks.
 class GramSum {
@@ -174,25 +178,57 @@ class GramSum {
   Eigen::Index count_ = 0;
 };
 
-/// Calls visit(spring, u, s) for each spring with a far end. Its elongation is s^T z - u . x, where
-/// x is the displacement of its near end, if it has one, and u is the unit vector from the near to
-/// the far end.
-template <class Visit>
-void visit_far_springs(const SpringNetwork& network, const ModeBasis& shapes, Visit visit) {
-  Eigen::VectorXd grows(shapes.modes());
-  for (const Spring& spring : network.springs) {
-    const bool from = shapes.holds(spring.a);
-    const bool to = shapes.holds(spring.b);
-    if (!from && !to) { continue; }
-    Eigen::Vector3d u =
-        (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).normalized();
-    if (to) { grows.noalias() = shapes.of(spring.b) * u; }
-    if (from && to) { grows.noalias() -= shapes.of(spring.a) * u; }
-    if (from && !to) {
-      u = -u;
-      grows.noalias() = shapes.of(spring.a) * u;
+/// Returns the derivatives of a cell's relative volume J by the places of its corners, at rest
+/// [1/m].
+std::array<Eigen::Vector3d, 8> volume_gradient(const SpringNetwork& network,
+                                               const VolumeCell& cell);
+
+/// Part of the energy about rest that depends on far nodes, k/2 e^2. For a spring, e is its
+/// elongation [m] and k its stiffness [N/m]. For a cell that resists changes of its volume, e is
+/// J - 1 and k = kappa V0 [N m]. With the displacements x of its near nodes, e = s . z + sum of g .
+/// x.
+struct FarPart {
+  double stiffness = 0.0;
+  double viscosity = 0.0;
+  int near_count = 0;
+  std::array<std::pair<int, Eigen::Vector3d>, 8> near{};  ///< nodes that are not far, with g
+  Eigen::VectorXd grows{};                                ///< s
+
+  void add(const ModeBasis& shapes, int node, const Eigen::Vector3d& gradient) {
+    if (shapes.holds(node)) {
+      grows.noalias() += shapes.of(node) * gradient;
+    } else {
+      near[static_cast<std::size_t>(near_count++)] = {node, gradient};
     }
-    visit(spring, u, grows);
+  }
+};
+
+/// Calls visit(part) for each spring and cell with a far node.
+template <class Visit>
+void visit_far_parts(const SpringNetwork& network, const ModeBasis& shapes, Visit visit) {
+  FarPart part;
+  const auto begin = [&](double stiffness, double viscosity) {
+    part.stiffness = stiffness;
+    part.viscosity = viscosity;
+    part.near_count = 0;
+    part.grows.setZero(shapes.modes());
+  };
+  for (const Spring& spring : network.springs) {
+    if (!shapes.holds(spring.a) && !shapes.holds(spring.b)) { continue; }
+    const Eigen::Vector3d u =
+        (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).normalized();
+    begin(spring.stiffness, spring.viscosity);
+    part.add(shapes, spring.b, u);
+    part.add(shapes, spring.a, -u);
+    visit(std::as_const(part));
+  }
+  for (const VolumeCell& cell : network.cells) {
+    const auto far = [&](int node) { return shapes.holds(node); };
+    if (cell.stiffness == 0.0 || std::ranges::none_of(cell.nodes, far)) { continue; }
+    begin(cell.stiffness * cell.volume, cell.viscosity * cell.volume);
+    const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(network, cell);
+    for (std::size_t n = 0; n < 8; ++n) { part.add(shapes, cell.nodes[n], gradient[n]); }
+    visit(std::as_const(part));
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "model/kernels/list_network.hpp"
+#include "model/problem/cell_law.hpp"
 #include "model/problem/spring_law.hpp"
 #include "model/reduction/mode_basis.hpp"
 
@@ -35,47 +37,67 @@ template <class Real> class ReducedModel {
     struct Sum {
       Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
       MatrixXd coupling;
-      double stiff = 0.0;
-      double viscous = 0.0;
+      double stiff = 0.0;    ///< trace of the stiffness
+      double viscous = 0.0;  ///< trace of the damping
+      [[nodiscard]] double lag() const { return stiff > 0.0 ? viscous / stiff : 0.0; }
     };
     std::map<int, Sum> sums;
+    std::map<std::pair<int, int>, Eigen::Matrix3d> pairs;
     VectorXd stiffness = VectorXd::Zero(modes);
     GramSum damping(modes);
-    const auto near_end = [&](const Spring& spring) {
-      const int end = shapes.holds(spring.a) ? spring.b : spring.a;
-      return near.coordinate(end) >= 0 ? end : -1;
+    /// Calls visit(node, gradient) for the free near nodes of a part; returns their number.
+    const auto free_ends = [&](const FarPart& part, const auto& visit) {
+      int count = 0;
+      for (int n = 0; n < part.near_count; ++n) {
+        const auto& [node, gradient] = part.near[static_cast<std::size_t>(n)];
+        if (near.coordinate(node) < 0) { continue; }
+        visit(node, gradient);
+        ++count;
+      }
+      return count;
     };
-    visit_far_springs(
-        network, shapes, [&](const Spring& spring, const Vector3d& u, const VectorXd& grows) {
-          stiffness += spring.stiffness * grows.cwiseAbs2();  // modes are orthogonal: diagonal only
-          const int end = near_end(spring);
-          if (end < 0) {
-            damping.add(grows, spring.viscosity);
-            return;
-          }
-          Sum& sum = sums[end];
-          if (sum.coupling.size() == 0) { sum.coupling = MatrixXd::Zero(modes, 3); }
-          sum.stiffness += spring.stiffness * u * u.transpose();
-          sum.coupling -= spring.stiffness * grows * u.transpose();
-          sum.stiff += spring.stiffness;
-          sum.viscous += spring.viscosity;
+    visit_far_parts(network, shapes, [&](const FarPart& part) {
+      stiffness += part.stiffness * part.grows.cwiseAbs2();  // modes are orthogonal: diagonal only
+      const int ends = free_ends(part, [&](int node, const Vector3d& g) {
+        Sum& sum = sums[node];
+        if (sum.coupling.size() == 0) { sum.coupling = MatrixXd::Zero(modes, 3); }
+        sum.stiffness += part.stiffness * g * g.transpose();
+        sum.coupling += part.stiffness * part.grows * g.transpose();
+        sum.stiff += part.stiffness * g.squaredNorm();
+        sum.viscous += part.viscosity * g.squaredNorm();
+        free_ends(part, [&](int other, const Vector3d& h) {
+          if (node >= other) { return; }
+          const auto at = pairs.try_emplace({node, other}, Eigen::Matrix3d::Zero()).first;
+          at->second += part.stiffness * g * h.transpose();
         });
+      });
+      if (ends == 0) { damping.add(part.grows, part.viscosity); }
+    });
     // Viscosity between near and far nodes is distributed in proportion to stiffness.
-    visit_far_springs(
-        network, shapes, [&](const Spring& spring, const Vector3d&, const VectorXd& grows) {
-          const int end = near_end(spring);
-          if (end < 0) { return; }
-          const Sum& sum = sums.at(end);
-          damping.add(grows, spring.stiffness * (sum.stiff > 0.0 ? sum.viscous / sum.stiff : 0.0));
-        });
+    visit_far_parts(network, shapes, [&](const FarPart& part) {
+      double lags = 0.0;
+      const int ends =
+          free_ends(part, [&](int node, const Vector3d&) { lags += sums.at(node).lag(); });
+      if (ends > 0) { damping.add(part.grows, part.stiffness * lags / ends); }
+    });
     coupling_.resize(modes, 3 * static_cast<Index>(sums.size()));
+    std::map<int, int> edge_of;
     for (const auto& [node, sum] : sums) {
+      edge_of[node] = static_cast<int>(edges_.size());
       coupling_.template middleCols<3>(3 * static_cast<Index>(edges_.size())) =
           sum.coupling.template cast<Real>();
       edges_.push_back({.coordinate = near.coordinate(node),
                         .rest = network.rest_position.col(node).template cast<Real>(),
                         .stiffness = sum.stiffness.template cast<Real>(),
-                        .lag = static_cast<Real>(sum.stiff > 0.0 ? sum.viscous / sum.stiff : 0.0)});
+                        .lag = static_cast<Real>(sum.lag())});
+    }
+    for (const auto& [nodes, pair] : pairs) {
+      const int one = edge_of.at(nodes.first);
+      const int other = edge_of.at(nodes.second);
+      links_.push_back({.one = one,
+                        .other = other,
+                        .stiffness = pair.template cast<Real>(),
+                        .lag = std::sqrt(edge(one).lag * edge(other).lag)});
     }
     stiffness_ = stiffness.template cast<Real>();
     damping_ = damping.take().template cast<Real>();
@@ -105,6 +127,16 @@ template <class Real> class ReducedModel {
       f.template segment<3>(edge.coordinate) -= edge.lag * pulled_.template segment<3>(at);
       at += 3;
     }
+    for (const Link& link : links_) {
+      const Edge& one = edge(link.one);
+      const Edge& other = edge(link.other);
+      const auto moved = [&](const Edge& end) -> Eigen::Matrix<Real, 3, 1> {
+        return q.template segment<3>(end.coordinate) - end.rest +
+               link.lag * v.template segment<3>(end.coordinate);
+      };
+      f.template segment<3>(one.coordinate) -= link.stiffness * moved(other);
+      f.template segment<3>(other.coordinate) -= link.stiffness.transpose() * moved(one);
+    }
     auto on_shapes = f.segment(first_, modes());
     on_shapes.noalias() -= coupling_ * moved_;
     on_shapes -= stiffness_.cwiseProduct(z);
@@ -122,6 +154,14 @@ template <class Real> class ReducedModel {
                                                 edge.lag * pulled_.template segment<3>(at);
       at += 3;
     }
+    for (const Link& link : links_) {
+      const Edge& one = edge(link.one);
+      const Edge& other = edge(link.other);
+      f.template segment<3>(one.coordinate) +=
+          link.lag * (link.stiffness * w.template segment<3>(other.coordinate));
+      f.template segment<3>(other.coordinate) +=
+          link.lag * (link.stiffness.transpose() * w.template segment<3>(one.coordinate));
+    }
     auto on_shapes = f.segment(first_, modes());
     on_shapes.noalias() += coupling_ * moved_;
     on_shapes.noalias() += damping_ * rate;
@@ -137,6 +177,13 @@ template <class Real> class ReducedModel {
       energy += static_cast<double>(
           u.dot(Real(0.5) * (edge.stiffness * u) + pulled_.template segment<3>(at)));
       at += 3;
+    }
+    for (const Link& link : links_) {
+      const auto moved = [&](const Edge& end) -> Eigen::Matrix<Real, 3, 1> {
+        return q.template segment<3>(end.coordinate) - end.rest;
+      };
+      energy +=
+          static_cast<double>(moved(edge(link.one)).dot(link.stiffness * moved(edge(link.other))));
     }
     return energy;
   }
@@ -154,6 +201,14 @@ template <class Real> class ReducedModel {
       }
       for (Index m = 0; m < modes(); ++m) { add(first_ + m, first_ + n); }
     }
+    for (const Link& link : links_) {
+      for (Index r = 0; r < 3; ++r) {
+        for (Index c = 0; c < 3; ++c) {
+          add(edge(link.one).coordinate + r, edge(link.other).coordinate + c);
+          add(edge(link.other).coordinate + r, edge(link.one).coordinate + c);
+        }
+      }
+    }
   }
 
   /// Finds the entries of matrix `a` that add_jacobian() changes; call it after add_pattern().
@@ -163,6 +218,14 @@ template <class Real> class ReducedModel {
       for (Index c = 0; c < 3; ++c) {
         edge.slots[c] = slot_of(a, first_, edge.coordinate + c);
         edge.diagonal_slots[c] = slot_of(a, edge.coordinate, edge.coordinate + c);
+      }
+    }
+    for (Link& link : links_) {
+      for (Index c = 0; c < 3; ++c) {
+        const Index one = edge(link.one).coordinate;
+        const Index other = edge(link.other).coordinate;
+        link.slots[c] = slot_of(a, one, other + c);
+        link.mirrored_slots[c] = slot_of(a, other, one + c);
       }
     }
     for (Index n = 0; n < modes(); ++n) {
@@ -189,6 +252,15 @@ template <class Real> class ReducedModel {
       }
       at += 3;
     }
+    for (const Link& link : links_) {
+      const Real factor = on_stiffness + on_damping * link.lag;
+      for (Index c = 0; c < 3; ++c) {
+        for (Index r = 0; r < 3; ++r) {
+          values[link.slots[c] + r] += factor * link.stiffness(r, c);
+          values[link.mirrored_slots[c] + r] += factor * link.stiffness(c, r);
+        }
+      }
+    }
     auto next = shape_slots_.begin();
     for (Index n = 0; n < modes(); ++n) {
       at = 0;
@@ -207,14 +279,14 @@ template <class Real> class ReducedModel {
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
     const auto numbers = static_cast<std::size_t>(
         coupling_.size() + damping_.size() + stiffness_.size() + moved_.size() + pulled_.size());
-    return numbers * sizeof(Real) + edges_.size() * sizeof(Edge) +
+    return numbers * sizeof(Real) + edges_.size() * sizeof(Edge) + links_.size() * sizeof(Link) +
            shape_slots_.size() * sizeof(std::ptrdiff_t);
   }
 
  private:
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   using Matrix3 = Eigen::Matrix<Real, 3, 3>;
-  /// Near node with springs to far nodes.
+  /// Near node with springs to far nodes, or in cells with far nodes.
   struct Edge {
     Eigen::Index coordinate = 0;
     Eigen::Matrix<Real, 3, 1> rest{};
@@ -223,8 +295,21 @@ template <class Real> class ReducedModel {
     std::ptrdiff_t slots[3]{};  ///< first row of the modes in its three columns
     std::ptrdiff_t diagonal_slots[3]{};
   };
+  /// Stiffness between two near nodes of cells with far nodes.
+  struct Link {
+    int one = 0;  ///< edges
+    int other = 0;
+    Matrix3 stiffness{};  ///< force on `one` by the displacement of `other` [N/m]
+    Real lag{};  ///< geometric mean of both, so that the damping stays positive semidefinite [s]
+    std::ptrdiff_t slots[3]{};  ///< first row of `one` in the three columns of `other`
+    std::ptrdiff_t mirrored_slots[3]{};
+  };
+  [[nodiscard]] const Edge& edge(int n) const noexcept {
+    return edges_[static_cast<std::size_t>(n)];
+  }
   Eigen::Index first_ = 0;  ///< first modal coordinate
   std::vector<Edge> edges_{};
+  std::vector<Link> links_{};
   Matrix coupling_{};         ///< modes x 3 edges [N/m]
   Vector<Real> stiffness_{};  ///< of the modes [N/m]
   Matrix damping_{};          ///< of the modes [N s/m]
@@ -249,6 +334,8 @@ struct NearAndFar {
       std::erase_if(springs,
                     [&](const Spring& spring) { return is_far(spring.a) || is_far(spring.b); });
     });
+    std::erase_if(near.cells,
+                  [&](const VolumeCell& cell) { return std::ranges::any_of(cell.nodes, is_far); });
     for (int node = 0; node < shape.node_count(); ++node) {
       if (!setting.near.holds(node)) { near.fixed[static_cast<std::size_t>(node)] = 1; }
     }
@@ -329,7 +416,17 @@ template std::unique_ptr<NetworkSystem<float>> make_reduced_network(const Networ
 
 namespace {
 
-/// Computes K x of the springs about rest; zero at fixed nodes.
+/// Adds K x of a cell about rest.
+void add_linear(const SpringNetwork& network, const VolumeCell& cell, const NodeVectors& x,
+                NodeVectors& f) {
+  const std::array<Vector3d, 8> gradient = volume_gradient(network, cell);
+  double growth = 0.0;
+  for (std::size_t n = 0; n < 8; ++n) { growth += gradient[n].dot(x.col(cell.nodes[n])); }
+  const double pull = cell.stiffness * cell.volume * growth;
+  for (std::size_t n = 0; n < 8; ++n) { f.col(cell.nodes[n]) += pull * gradient[n]; }
+}
+
+/// Computes K x of springs and cells about rest; zero at fixed nodes.
 NodeVectors stiffness_times(const SpringNetwork& network, const NodeVectors& x) {
   NodeVectors f = NodeVectors::Zero(3, x.cols());
   for (const Spring& s : network.springs) {
@@ -338,6 +435,9 @@ NodeVectors stiffness_times(const SpringNetwork& network, const NodeVectors& x) 
     const Vector3d pull = s.stiffness * u.dot(x.col(s.b) - x.col(s.a)) * u;
     f.col(s.a) -= pull;
     f.col(s.b) += pull;
+  }
+  for (const VolumeCell& cell : network.cells) {
+    if (cell.stiffness > 0.0) { add_linear(network, cell, x, f); }
   }
   for (int node = 0; node < network.node_count(); ++node) {
     if (network.is_fixed(node)) { f.col(node).setZero(); }
@@ -383,6 +483,9 @@ ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSet
   };
   std::ranges::copy_if(network_.springs, std::back_inserter(far_springs_),
                        [&](const Spring& s) { return is_far(s.a) || is_far(s.b); });
+  std::ranges::copy_if(network_.cells, std::back_inserter(far_cells_), [&](const VolumeCell& cell) {
+    return cell.stiffness > 0.0 && std::ranges::any_of(cell.nodes, is_far);
+  });
   for (const LoadCase& load : setting.load_cases) {
     if (!direction.isZero() && std::abs(load.direction.dot(direction)) < 0.5) { continue; }
     VectorXd force = still;
@@ -407,6 +510,25 @@ ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSet
   }
 }
 
+NodeVectors ReductionError::excess_of_cells(const NodeVectors& position) const {
+  const NodeVectors displacement = position - network_.rest_position;
+  NodeVectors excess = NodeVectors::Zero(3, network_.node_count());
+  for (const VolumeCell& cell : far_cells_) {
+    Corners<double> x;
+    for (std::size_t n = 0; n < 8; ++n) {
+      const Vector3d place = position.col(cell.nodes[n]);
+      x[n] = {place.x(), place.y(), place.z()};
+    }
+    Corners<double> force{};
+    add_cell_forces<false>(cell.as<double>(), x, {}, force);
+    for (std::size_t n = 0; n < 8; ++n) {
+      excess.col(cell.nodes[n]) += Vector3d(force[n].x, force[n].y, force[n].z);
+    }
+    add_linear(network_, cell, displacement, excess);
+  }
+  return excess;
+}
+
 double ReductionError::nonlinear(const NodeVectors& position) const {
   constexpr SpringTerms elastic{.viscous = false};
   VectorXd work = VectorXd::Zero(std::ssize(responses_));
@@ -419,6 +541,12 @@ double ReductionError::nonlinear(const NodeVectors& position) const {
     for (Index n = 0; n < work.size(); ++n) {
       const NodeVectors& moved = responses_[static_cast<std::size_t>(n)].moved;
       work(n) += excess.dot(moved.col(s.a) - moved.col(s.b));
+    }
+  }
+  if (!far_cells_.empty()) {
+    const NodeVectors excess = excess_of_cells(position);
+    for (Index n = 0; n < work.size(); ++n) {
+      work(n) += excess.cwiseProduct(responses_[static_cast<std::size_t>(n)].moved).sum();
     }
   }
   for (Index n = 0; n < work.size(); ++n) {

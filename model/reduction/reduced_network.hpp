@@ -29,8 +29,8 @@ class ReductionError {
   /// Largest share of the linear compliance that the modes lack [1]. Conjugate gradients bound it
   /// from below.
   [[nodiscard]] double linear() const { return linear_; }
-  /// Largest force [N] of the linear springs in excess of the exact ones, felt where a load case is
-  /// held at its displacement; `position` has all nodes [m]. First order.
+  /// Largest force [N] of the linear springs and cells in excess of the exact ones, felt where a
+  /// load case is held at its displacement; `position` has all nodes [m]. First order.
   [[nodiscard]] double nonlinear(const NodeVectors& position) const;
 
  private:
@@ -38,8 +38,12 @@ class ReductionError {
     NodeVectors moved{};  ///< of all nodes under a unit force [m/N]
     double compliance = 0.0;
   };
+  /// Forces of the cells with far nodes less their linear ones [N].
+  [[nodiscard]] NodeVectors excess_of_cells(const NodeVectors& position) const;
+
   const SpringNetwork& network_;
   std::vector<Spring> far_springs_{};
+  std::vector<VolumeCell> far_cells_{};
   std::vector<Response> responses_{};
   double linear_ = 0.0;
 };
