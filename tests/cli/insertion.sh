@@ -56,3 +56,31 @@ status=0
 "$palpate" transducer "$out/recordings/skin_2_0_2_1_x.h5" --stdio --fast >/dev/null 2>"$out/stderr" || status=$?
 [ "$status" -eq 2 ] || fail "a force is sent as a pressure"
 grep -q 'has no pressure' "$out/stderr" || fail "unclear message about the pressure"
+
+# A scene's own insertions give its parameters back, from other priors and with two needles.
+material=material.phantom-muscle
+sed -e 's/^nodes = .*/nodes = [5, 5]/; s/^spacing = .*/spacing = 0.01/; s/^frames = .*/frames = 0/' \
+  "$source/fixtures/scenes/phantom-muscle.toml" >"$out/coarse.toml"
+needle=1
+for values in "3.3 170 280e3" "3.4 175 290e3" "3.5 180 300e3" "3.6 185 310e3"; do
+  read -r puncture friction modulus <<<"$values"
+  "$palpate" run "$out/coarse.toml" --set "$material.puncture_force=$puncture" --set "$material.friction=$friction" \
+    --set "$material.youngs_modulus=$modulus" --out "$out/run" --quiet 2>/dev/null || fail "the twin does not run"
+  "$palpate" import "$out/run/trace.csv" --column tool.depth_m=depth_m --column tool.force_n=force_N \
+    --subject "$needle" --out "$out/import" --quiet
+  mv "$out/import/recording.h5" "$out/twin-$puncture.h5"
+  needle=$((3 - needle))
+done
+"$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-*.h5 --predict "$out/coarse.toml" drive.hold=5.4 "$out/twin-3.4.h5" \
+  "$out/twin-3.5.h5" --parameter "$material.puncture_force" --parameter "$material.friction" --parameter "$material.youngs_modulus" \
+  --prior "$material.puncture_force=2.5:0.4" --prior "$material.friction=120:0.5" --out "$out/twin" >"$out/twin.log" 2>&1 ||
+  { cat "$out/twin.log"; fail "the twin is not found again"; }
+contains() {  # the 95 % interval of a key contains its true mean
+  sed -nE "s/^ *$material.$1 .*95 %: ([0-9.e+]+) to ([0-9.e+]+).*/\1 \2/p" "$out/twin.log" |
+    awk -v truth="$2" '{ found = 1; exit !(truth >= $1 && truth <= $2) } END { if (!found) exit 1 }'
+}
+contains puncture_force 3.45 || fail "puncture force: $(cat "$out/twin.log")"
+contains friction 177.5 || fail "friction: $(cat "$out/twin.log")"
+contains youngs_modulus 295e3 || fail "modulus: $(cat "$out/twin.log")"
+[ -s "$out/twin/coarse-fitted.toml" ] && [ -s "$out/twin/coarse_drive.hold_5.4-fitted.toml" ] || fail "no fitted scenes"
+"$palpate" inspect "$out/twin/coarse-fitted.toml" >/dev/null || fail "what was fitted is no scene"
