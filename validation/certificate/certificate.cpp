@@ -166,7 +166,7 @@ std::string certified_text(const Certificate& all) {
          microseconds(all.claim.deadline) + " at " + with_unit(all.claim.rate, "Hz") +
          (all.loads.size() > 1 ? " under any load" : " under load \"" + worst.load + "\"") +
          ": with 95 % confidence fewer than one in " +
-         plain_number(1.0 / worst.miss_probability_upper(), 3) + " does.";
+         plain_number(std::floor(1.0 / worst.miss_probability_upper()), 9) + " does.";
 }
 
 Reason reason_of(const Certificate& all) {
