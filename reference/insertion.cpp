@@ -56,8 +56,9 @@ struct RootValue {
   double value = 0.0;
 };
 
+/// Adds the roots of the tip; `strength` is the force at which a sticking tip begins to cut [N].
 void add_tip_roots(const Mode& mode, const Contact& now, const Mechanics& mechanics,
-                   const VectorXd& y, std::vector<RootValue>& roots) {
+                   const VectorXd& y, double strength, std::vector<RootValue>& roots) {
   const NeedleTrack& track = mechanics.track();
   const TrackInterval& part = track.intervals[mode.interval];
   const bool has_below = mode.segment + 1 < track.knots.size();
@@ -72,9 +73,9 @@ void add_tip_roots(const Mode& mode, const Contact& now, const Mechanics& mechan
   switch (mode.tip) {
     case Tip::outside: break;
     case Tip::stuck:
-      if (std::isfinite(part.cutting_force)) {
+      if (std::isfinite(strength)) {
         const double excess = now.give > 0.0 ? least_force : 0.0;  // T is continuous with c_s
-        roots.push_back({Root::puncture, part.cutting_force + excess - now.tip_force});
+        roots.push_back({Root::puncture, strength + excess - now.tip_force});
       }
       roots.push_back({Root::release, now.tip_force + least_force});
       break;
@@ -113,9 +114,9 @@ void add_shaft_roots(const Mode& mode, const Contact& now, double slip_band,
   }
 }
 
-/// Returns the root functions of a mode, in a fixed order.
+/// Returns the root functions of a mode, in a fixed order; `strength` as for add_tip_roots().
 std::vector<RootValue> roots_of(double time, const Mode& mode, const Eigen::VectorXd& y,
-                                Mechanics& mechanics) {
+                                Mechanics& mechanics, double strength) {
   const NeedleTrack& track = mechanics.track();
   const bool on_bone = mode.support == Support::bone;
   const bool rigid = mode.tip == Tip::stuck && track.give.empty();
@@ -129,7 +130,7 @@ std::vector<RootValue> roots_of(double time, const Mode& mode, const Eigen::Vect
     const double gap = track.entry() + mechanics.knot_displacement(0, y) - place;
     roots.push_back({Root::skin, gap + band});
   }
-  add_tip_roots(mode, now, mechanics, y, roots);
+  add_tip_roots(mode, now, mechanics, y, strength, roots);
   add_shaft_roots(mode, now, mechanics.slip_error(), roots);
   if (on_bone) {
     const double left = mechanics.pushes() ? now.bone_force + least_force
@@ -239,12 +240,19 @@ class Transitions {
     for (int n = 0; n < most_changes; ++n) {
       change(time, fired, y);
       fired.clear();
-      for (const RootValue& root : roots_of(time, mode_, y, mechanics_)) {
+      for (const RootValue& root : roots_of(time, mode_, y, mechanics_, strength())) {
         if (root.value < 0.0) { fired.insert(root.root); }
       }
       if (fired.empty()) { return; }
     }
     throw SolverError("insertion: the modes do not settle at t = " + std::to_string(time) + " s");
+  }
+
+  /// Returns the force at which a sticking tip begins to cut, or an advancing one enters the
+  /// interval of the mode [N].
+  [[nodiscard]] double strength() const {
+    const TrackInterval& part = mechanics_.track().intervals[mode_.interval];
+    return punctured_[mode_.interval] ? part.cutting_force : part.puncture_force;
   }
 
  private:
@@ -304,7 +312,8 @@ class Transitions {
     if (fired.contains(Root::interval_above)) {
       const double before = intervals[mode_.interval].cutting_force;
       const double depth = mechanics_.kinematics(mode_, y).depth;
-      const bool resists = intervals[++mode_.interval].cutting_force > before;
+      ++mode_.interval;
+      const bool resists = strength() > before;
       if (mode_.tip == Tip::cutting && resists) {
         mode_.tip = Tip::stuck;
         mode_.cut = depth;
@@ -343,7 +352,8 @@ class Transitions {
       if (stretch == end) { ++mode_.stretch; }
       if (border != end) { continue; }
       const double before = track.intervals[mode_.interval].cutting_force;
-      if (track.intervals[++mode_.interval].cutting_force > before) {
+      ++mode_.interval;
+      if (strength() > before) {
         mode_.tip = Tip::stuck;
         mode_.cut = end;
         log("stopped", time, y);
@@ -461,7 +471,7 @@ class Transitions {
   /// Returns the modes of the tip that its velocity permits; among equal ones the first is
   /// preferred.
   [[nodiscard]] std::vector<Tip> tips(const std::set<Root>& fired, const Contact& now) const {
-    const double strength = mechanics_.track().intervals[mode_.interval].cutting_force;
+    const double strength = this->strength();
     const bool cutting = mode_.tip == Tip::cutting;
     if (!cutting && mode_.tip != Tip::stuck) { return {mode_.tip}; }
     if (now.give > 0.0) { return {pressing_tip(fired, now)}; }
@@ -481,10 +491,9 @@ class Transitions {
   /// Returns the mode of a tip that presses on the tissue between it and the contact point: T is
   /// continuous, so positions and velocities determine it.
   [[nodiscard]] Tip pressing_tip(const std::set<Root>& fired, const Contact& now) const {
-    const double strength = mechanics_.track().intervals[mode_.interval].cutting_force;
     if (mode_.tip == Tip::cutting) {
       const bool stops = fired.contains(Root::stop) || now.slip < 0.0;
-      return !stops ? Tip::cutting : strength > 0.0 ? Tip::stuck : receding();
+      return !stops ? Tip::cutting : strength() > 0.0 ? Tip::stuck : receding();
     }
     if (fired.contains(Root::release)) { return receding(); }
     return fired.contains(Root::puncture) ? Tip::cutting : Tip::stuck;
@@ -515,7 +524,6 @@ class Transitions {
       return;
     }
     const Contact now = mechanics_.kinematics(mode_, y);
-    const double strength = mechanics_.track().intervals[mode_.interval].cutting_force;
     const std::vector<Tip> open = tips(fired, now);
     if (open.empty()) {
       throw SolverError("insertion: the tip meets fixed nodes that it cannot cut");
@@ -532,7 +540,7 @@ class Transitions {
       for (const Shaft shaft : ways) {
         trial.shaft = shaft;
         const Contact then = mechanics_.evaluate(time, trial, y, nullptr);
-        double violation = open.size() > 1 ? tip_violation(tip, then, strength) : 0.0;
+        double violation = open.size() > 1 ? tip_violation(tip, then, strength()) : 0.0;
         if (ways.size() > 1) { violation = std::max(violation, shaft_violation(shaft, then)); }
         if (least > enough && violation < least) {
           least = violation;
@@ -725,13 +733,15 @@ class Run {
     steps_ += cvode_.steps();
     cvode_.restart(time, stop, longest_step_, y_);
     roots_.clear();
-    for (const RootValue& root : roots_of(time, transitions_.mode(), y_, mechanics_)) {
+    for (const RootValue& root :
+         roots_of(time, transitions_.mode(), y_, mechanics_, transitions_.strength())) {
       roots_.push_back(root.root);
     }
     // Root functions are positive while the mode lasts, so only a downward crossing is an event.
     cvode_.set_falling_roots(roots_.size(), [this](double t, const double* y, double* values) {
       trial_ = VectorXd::Map(y, y_.size());
-      for (const RootValue& root : roots_of(t, transitions_.mode(), trial_, mechanics_)) {
+      for (const RootValue& root :
+           roots_of(t, transitions_.mode(), trial_, mechanics_, transitions_.strength())) {
         *values++ = root.value;
       }
     });

@@ -87,6 +87,7 @@ NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
     track.knots = {probe_knot(scene, network)};
     track.give = give_of(scene, network);
     track.intervals = {{.begin = track.entry(),
+                        .puncture_force = std::numeric_limits<double>::infinity(),
                         .cutting_force = std::numeric_limits<double>::infinity(),
                         .label = "skin"}};
     return track;
@@ -317,7 +318,13 @@ TrackInterval made_of(const Scene& scene, const std::string& material, const std
   const auto found = std::ranges::find(scene.materials, material, &Material::name);
   if (found == scene.materials.end()) { throw SolverError("insertion: no material " + material); }
   const TissueRole role = role_of(*found);
-  return {.cutting_force = role == TissueRole::bone ? infinity : found->cutting_force,
+  if (found->indentation_toe > 0.0 || found->friction_travel > 0.0) {
+    throw SolverError(
+        "insertion: the reference has no toe of the contact and no creeping friction");
+  }
+  const bool bone = role == TissueRole::bone;
+  return {.puncture_force = bone ? infinity : found->puncture_force.value_or(found->cutting_force),
+          .cutting_force = bone ? infinity : found->cutting_force,
           .friction = found->friction,
           .role = role,
           .label = label.empty() ? material : label};

@@ -26,8 +26,10 @@ struct TrackKnot {
 struct TrackInterval {
   double begin = 0.0;  ///< xi [m]
   double end = std::numeric_limits<double>::infinity();
-  double cutting_force = 0.0;  ///< infinite for bone and beneath a probe [N]
-  double friction = 0.0;       ///< [N/m]
+  /// Forces at which the tip begins and goes on cutting, infinite for bone and beneath a probe [N].
+  double puncture_force = 0.0;
+  double cutting_force = 0.0;
+  double friction = 0.0;  ///< [N/m]
   TissueRole role = TissueRole::tissue;
   std::string label{};  ///< of the layer, or of the material without a layer
 };

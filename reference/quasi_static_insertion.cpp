@@ -98,12 +98,15 @@ std::vector<ForceDepthVertex> force_depth_curve(const Scene& scene, const Spring
   double force = 0.0;
   std::vector<ForceDepthVertex> curve{{place, force}};
   for (const TrackInterval& part : track.intervals) {
-    if (part.cutting_force > force) {
+    if (part.puncture_force > force) {
       const double compliance = tissue.compliance_to_tip(depth);
-      place = std::max(place, depth + (compliance > 0.0 ? compliance * part.cutting_force : 0.0));
+      place = std::max(place, depth + (compliance > 0.0 ? compliance * part.puncture_force : 0.0));
       if (place > end) {
         curve.push_back({end, (end - depth) / compliance});
         return curve;
+      }
+      if (part.puncture_force > part.cutting_force) {
+        curve.push_back({place, part.puncture_force});
       }
     }
     if (!std::isfinite(part.cutting_force)) { return curve; }  // a wall

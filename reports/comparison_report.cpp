@@ -24,10 +24,9 @@ void append_part(std::string& text, const std::string& part) {
   text += (text.empty() ? "" : ", ") + part;
 }
 
-std::size_t reconstructed_count(const ComparisonReport& report) {
-  const auto kind = [](const RecordingFile& one) { return one.input.recording.kind; };
-  return static_cast<std::size_t>(
-      std::ranges::count(report.recordings, Recording::Kind::reconstructed, kind));
+std::size_t count_of(const ComparisonReport& report, Recording::Kind kind) {
+  const auto of = [](const RecordingFile& one) { return one.input.recording.kind; };
+  return static_cast<std::size_t>(std::ranges::count(report.recordings, kind, of));
 }
 
 std::size_t count_of(const ComparisonReport& report, Status status) {
@@ -35,16 +34,22 @@ std::size_t count_of(const ComparisonReport& report, Status status) {
   return static_cast<std::size_t>(std::ranges::count(report.found.recordings, status, of));
 }
 
+bool only_phantoms(const ComparisonReport& report) {
+  return count_of(report, Recording::Kind::measured_phantom) == report.recordings.size();
+}
+
 /// Kinds of recording with their counts: "3 measured recordings".
 std::string kinds_of(const ComparisonReport& report) {
-  const std::size_t rebuilt = reconstructed_count(report);
-  const std::size_t measured = report.recordings.size() - rebuilt;
   std::string text;
-  if (measured > 0) { text = counted(measured, "measured recording", "measured recordings"); }
-  if (rebuilt > 0) {
-    text += (text.empty() ? "" : " and ") + counted(rebuilt, "recording ", "recordings ") +
-            std::string(io::reconstruction_note);
-  }
+  const auto add = [&](Recording::Kind kind, const std::string& one, const std::string& many) {
+    const std::size_t count = count_of(report, kind);
+    if (count > 0) { text += (text.empty() ? "" : " and ") + counted(count, one, many); }
+  };
+  const std::string rebuilt(io::reconstruction_note);
+  add(Recording::Kind::measured, "measured recording", "measured recordings");
+  add(Recording::Kind::measured_phantom, "recording of a measured phantom",
+      "recordings of a measured phantom");
+  add(Recording::Kind::reconstructed, "recording " + rebuilt, "recordings " + rebuilt);
   return text;
 }
 
@@ -60,6 +65,9 @@ std::string name_of_group(const std::string& group) {
 
 std::string honesty(const Recording& recording) {
   if (recording.kind == Recording::Kind::measured) { return {}; }
+  if (recording.kind == Recording::Kind::measured_phantom) {
+    return " Recorded: measured phantom, no patient.";
+  }
   return " Recorded: " + std::string(io::reconstruction_note) + ", not measured.";
 }
 
@@ -146,8 +154,10 @@ Figure force_figure(const ComparisonReport& report, std::size_t n, Over over) {
   const Recording& recording = overlay.recording();
   overlay.figure = figure_over(
       report.simulation.trace, over, "force" + over_id(over), "Reaction force" + over_text(over),
-      "Resisting the needle, and the thumb: recorded pressure times a plunger of " +
-          quantity(1e6 * recording.plunger_area, "mm²") + "." +
+      (recording.pressure.empty()
+           ? std::string("Resisting the needle.")
+           : "Resisting the needle, and the thumb: recorded pressure times a plunger of " +
+                 quantity(1e6 * recording.plunger_area, "mm²") + ".") +
           (recording.force.empty() ? " Force along the needle was not recorded." : "") +
           honesty(recording),
       "force (N)");
@@ -178,7 +188,8 @@ Figure residual_figure(const ComparisonReport& report, std::size_t n) {
 }
 
 std::string honesty_of_group(const GroupSummary& group) {
-  const std::size_t rebuilt = group.recordings - group.measured;
+  if (group.of_phantom()) { return " Recorded: measured phantom, no patient."; }
+  const std::size_t rebuilt = group.recordings - group.measured - group.phantoms;
   if (rebuilt == 0) { return {}; }
   return " " + std::to_string(rebuilt) + " of " + std::to_string(group.recordings) +
          " recordings: " + std::string(io::reconstruction_note) + ", not measured.";
@@ -203,21 +214,131 @@ std::string subjects_of(const SubjectCorridor& corridor) {
              : subjects + " (" + counted(corridor.recordings, "recording", "recordings") + ")";
 }
 
+/// Counts of what a group has: subjects, or recordings of a phantom.
+std::string subject_words(const GroupSummary& group) {
+  return group.of_phantom() ? "recordings" : "subjects";
+}
+
 std::string corridor_words(const GroupSummary& group) {
+  if (group.of_phantom()) {
+    return "Mean ± " + short_number(group.corridor->factor, 3) + " SD of " +
+           counted(group.corridor->recordings, "recording", "recordings") +
+           ", in which a further one lies with 0.95";
+  }
   return "Mean ± " + short_number(group.corridor->factor, 3) + " SD of " +
          subjects_of(*group.corridor) +
          ", in which a recording of a further subject lies with 0.95 (more SD where fewer were "
          "measured)";
 }
 
+/// Moves a figure along its horizontal axis.
+void shift(Figure& figure, double by) {
+  for (Zone& zone : figure.zones) {
+    zone.begin += by;
+    zone.end += by;
+  }
+  for (Mark& mark : figure.marks) { mark.x += by; }
+}
+
+/// Returns the part of a curve from an origin on, which becomes 0.
+Series from_zero(const Series& whole, double origin) {
+  Series part{.label = whole.label, .style = whole.style};
+  for (std::size_t n = 0; n < whole.x.size(); ++n) {
+    if (whole.x[n] >= origin) { part.add(whole.x[n] - origin, whole.y[n]); }
+  }
+  return part;
+}
+
+/// Figures of insertions with the simulated one: force over the depth below the contact and over
+/// the time from it. With a group, the corridor and the mean are drawn.
+std::vector<Figure> insertion_figures(const ComparisonReport& report,
+                                      const std::vector<std::size_t>& members,
+                                      const std::string& id, const GroupSummary* group = nullptr) {
+  if (members.empty()) { return {}; }
+  const Trace& trace = report.simulation.trace;
+  const InsertionPhases& simulated =
+      report.found.recordings[members.front()].simulated_features.phases;
+  const std::string honest = group != nullptr
+                                 ? honesty_of_group(*group)
+                                 : honesty(report.recordings[members.front()].input.recording);
+  std::vector<Figure> figures;
+  for (const Over over : {Over::depth, Over::time}) {
+    const bool by_depth = over == Over::depth;
+    const double factor = by_depth ? mm : 1.0;
+    const auto origin_of = [&](const InsertionPhases& phases) {
+      const Measured& contact = by_depth ? phases.contact_depth : phases.contact_time;
+      return factor * contact.value.value_or(0.0);
+    };
+    const auto& corridor = by_depth ? group->advance_corridor : group->corridor;
+    const bool banded = group != nullptr && corridor.has_value();
+    Figure figure = figure_over(
+        trace, over, id + (by_depth ? "-force-over-depth" : "-force-over-time"),
+        by_depth ? "Force over depth" : "Force over time",
+        std::string(by_depth ? "Advance, hold and withdrawal, below the contact; the tints are the "
+                               "simulated layers."
+                             : "From the contact on.") +
+            (banded ? " " + corridor_words(*group) + (by_depth ? ", of the advance." : ".") : "") +
+            honest,
+        "force (N)");
+    figure.x.label = by_depth ? "depth below the contact (mm)" : "time from the contact (s)";
+    shift(figure, -origin_of(simulated));
+    if (banded) {
+      const double start = by_depth ? 0.0 : origin_of(simulated);
+      Series band = corridor_band(*corridor, corridor->mean.value, 1.0);
+      for (double& x : band.x) { x = factor * x - start; }
+      figure.series.push_back(std::move(band));
+    }
+    const std::string kind(io::in_words(report.recordings[members.front()].input.recording.kind));
+    for (const std::size_t n : members) {
+      const Recording& recording = report.recordings[n].input.recording;
+      const double origin = origin_of(report.found.recordings[n].recorded_features.phases);
+      const bool first = n == members.front();
+      Series series{.label = !first               ? ""
+                             : members.size() > 1 ? kind + ", each"
+                                                  : kind,
+                    .style = members.size() > 1 ? Series::Style::thin : Series::Style::line};
+      series.x = scaled(by_depth ? recording.depth : recording.time, factor);
+      series.y = recording.force;
+      figure.series.push_back(from_zero(series, origin));
+    }
+    if (banded) {
+      const double start = by_depth ? 0.0 : origin_of(simulated);
+      figure.series.push_back({.label = "mean",
+                               .style = Series::Style::dashed,
+                               .x = scaled(times_of(corridor->mean), factor, -start),
+                               .y = corridor->mean.value});
+    }
+    const ComparisonOptions& options = report.options.comparison;
+    const Column* depth = trace.find(depth_column_of(options, trace));
+    const std::vector<double>& at = by_depth && depth != nullptr ? depth->values : trace.time;
+    figure.series.push_back(from_zero(
+        {.label = "simulated", .x = scaled(at, factor), .y = trace.values(column_of(options))},
+        origin_of(simulated)));
+    figures.push_back(std::move(figure));
+  }
+  return figures;
+}
+
 Badge badge_of(Status status) { return {status, std::string(verdict_word(status))}; }
+
+/// Verdict on a recording or a group.
+std::string verdict_of(const Comparison& one) {
+  return std::string(one.only_curve_differs ? only_curve_text : verdict_word(one.outcome.status));
+}
+std::string verdict_of(const GroupSummary& group) {
+  return std::string(group.only_curve_differs ? only_curve_text
+                                              : verdict_word(group.outcome.status));
+}
+template <class Judged> Badge badge_of(const Judged& one) {
+  return {one.outcome.status, verdict_of(one)};
+}
 
 std::string value_of(const FeatureComparison& one, const Measured& measured) {
   return measured.value ? shown(one.feature, *measured.value, one.quantity.unit) : "-";
 }
 
 std::string allowed_of(const FeatureComparison& one) {
-  if (one.feature == Feature::loss_of_resistance) { return "the same"; }
+  if (is_event(one.feature)) { return "the same"; }
   if (one.status == Status::skip) { return "-"; }
   const Quantity& q = one.quantity;
   return shown_interval(one.feature, {q.lower, q.upper}, q.unit);
@@ -225,7 +346,7 @@ std::string allowed_of(const FeatureComparison& one) {
 
 std::string why_of(const FeatureComparison& one) {
   if (!one.reason.empty()) { return one.reason; }
-  if (one.feature == Feature::loss_of_resistance) { return one.tolerance.origin; }
+  if (is_event(one.feature)) { return one.tolerance.origin; }
   return shown(one.tolerance, one.quantity.unit) +
          (one.below_uncertainty ? "; error below u_val" : "");
 }
@@ -235,12 +356,45 @@ LabelledTable features_table(const std::vector<FeatureComparison>& features) {
                                   "allowed", "tolerance"},
                       .numbers = 5};
   for (const FeatureComparison& one : features) {
-    const bool numbers = one.feature != Feature::loss_of_resistance;
+    const bool numbers = !is_event(one.feature);
     const std::string error = numbers ? shown(one.feature, one.error, one.quantity.unit) : "-";
     const std::string uncertainty = shown_uncertainty(one);
     table.rows.push_back({in_words(one.feature), badge_of(one.status), value_of(one, one.recorded),
                           value_of(one, one.simulated), error,
                           uncertainty.empty() ? "-" : uncertainty, allowed_of(one), why_of(one)});
+  }
+  return table;
+}
+
+/// Tolerance of a mean with its origin, or the reason why it is not judged.
+std::string tolerance_words(const FeatureComparison& one) {
+  if (!one.reason.empty() || is_event(one.feature)) { return why_of(one); }
+  if (one.tolerance.origin.starts_with("two standard deviations")) {
+    return std::string("two SD") + (one.below_uncertainty ? "; error below u_val" : "");
+  }
+  return why_of(one) + ": " + one.tolerance.origin;
+}
+
+/// Features of a group of insertions: measured mean and SD, simulated value and difference.
+LabelledTable insertion_table(const GroupSummary& group) {
+  LabelledTable table{.columns = {"feature", "verdict", subject_words(group), "measured", "SD",
+                                  "simulated", "difference", "in SD", "allowed", "tolerance"},
+                      .numbers = 7};
+  for (std::size_t n = 0; n < group.features.size(); ++n) {
+    const FeatureSummary& one = group.features[n];
+    const bool event = is_event(one.feature);
+    const auto value = [&](double number) { return shown(one.feature, number, one.unit); };
+    const double difference = one.simulated ? *one.simulated - one.mean : not_measured;
+    const bool in_deviations = !event && one.deviation > 0.0 && std::isfinite(difference);
+    const FeatureComparison* mean = n < group.means.size() ? &group.means[n] : nullptr;
+    table.rows.push_back(
+        {in_words(one.feature), mean != nullptr ? badge_of(mean->status) : badge_of(Status::skip),
+         std::to_string(one.count), event ? quantity(100.0 * one.mean, "% found") : value(one.mean),
+         event ? "-" : value(one.deviation), one.simulated ? value(*one.simulated) : "-",
+         event ? "-" : value(difference),
+         in_deviations ? short_number(difference / one.deviation, 2) : "-",
+         mean != nullptr ? allowed_of(*mean) : "-",
+         mean != nullptr ? tolerance_words(*mean) : group.corridor_refusal});
   }
   return table;
 }
@@ -258,29 +412,48 @@ std::string agreed_of(const GroupSummary& group) {
          short_number(100.0 * group.agree_interval.upper, 3) + " %)";
 }
 
+/// Kinds of the recordings of a group: "measured phantom", "3 measured, 2 reconstructed".
+std::string kinds_in(const GroupSummary& group) {
+  using enum Recording::Kind;
+  std::string text;
+  for (const auto& [kind, count] :
+       {std::pair{measured, group.measured}, std::pair{measured_phantom, group.phantoms},
+        std::pair{reconstructed, group.recordings - group.measured - group.phantoms}}) {
+    if (count == 0) { continue; }
+    const std::string words(io::in_words(kind));
+    append_part(text, count == group.recordings ? words : std::to_string(count) + " " + words);
+  }
+  return text;
+}
+
 LabelledTable groups_table(const ComparisonReport& report) {
-  LabelledTable table{.columns = {"group", "verdict", "subjects", "subjects who agree (95 %)",
-                                  "recordings", "of them measured", "agree", "differ",
-                                  "not distinguishable", "not comparable", "in the corridor"}};
+  const bool phantoms = std::ranges::all_of(
+      report.found.groups, [](const GroupSummary& group) { return group.of_phantom(); });
+  // Each recording of a phantom counts as a subject of its own.
+  LabelledTable table{.columns = {"group", "verdict", phantoms ? "compared" : "subjects",
+                                  phantoms ? "of them agree (95 %)" : "subjects who agree (95 %)",
+                                  "recordings", "kind", "agree", "differ", "not distinguishable",
+                                  "not comparable", "in the corridor"}};
   const auto count = [](auto number) { return std::to_string(number); };
   for (const GroupSummary& group : report.found.groups) {
-    table.rows.push_back({name_of_group(group.group), badge_of(group.outcome.status),
-                          count(group.subjects), agreed_of(group), count(group.recordings),
-                          count(group.measured), count(group.tally.passed),
-                          count(group.tally.failed), count(group.tally.inconclusive),
-                          count(group.tally.errors), inside_of(group, report.options.corridor)});
+    table.rows.push_back({name_of_group(group.group), badge_of(group), count(group.subjects),
+                          agreed_of(group), count(group.recordings), kinds_in(group),
+                          count(group.tally.passed), count(group.tally.failed),
+                          count(group.tally.inconclusive), count(group.tally.errors),
+                          inside_of(group, report.options.corridor)});
   }
   return table;
 }
 
-/// Verdict text, with the peak if it was compared, since clinicians look at the peak first.
+/// Verdict text, with the peak or the puncture, since readers look at it first.
 std::string outcome_of(const Comparison& one) {
   if (one.outcome.status == Status::error) {
     return one.outcome.reasons.empty() ? "" : one.outcome.reasons.front();
   }
-  const FeatureComparison& peak = one.features.at(static_cast<std::size_t>(Feature::peak));
-  return "peak " + value_of(peak, peak.recorded) + " recorded, " + value_of(peak, peak.simulated) +
-         " simulated";
+  const bool insertion = one.features.front().feature == Feature::puncture;
+  const FeatureComparison& peak = one.of(insertion ? Feature::puncture_force : Feature::peak);
+  return std::string(insertion ? "puncture " : "peak ") + value_of(peak, peak.recorded) +
+         " recorded, " + value_of(peak, peak.simulated) + " simulated";
 }
 
 PagePart recordings_part(const ComparisonReport& report) {
@@ -294,9 +467,9 @@ PagePart recordings_part(const ComparisonReport& report) {
     const Recording& recording = report.recordings[n].input.recording;
     const double length =
         recording.time.empty() ? 0.0 : recording.time.back() - recording.time.front();
-    table.rows.push_back({recording.name, badge_of(one.outcome.status),
-                          std::string(io::word_of(recording.kind)), name_of_group(recording.group),
-                          or_not_said(recording.subject), or_not_said(recording.technique),
+    table.rows.push_back({recording.name, badge_of(one), std::string(io::in_words(recording.kind)),
+                          name_of_group(recording.group), or_not_said(recording.subject),
+                          or_not_said(recording.technique),
                           quantity(length, "s") + " at " + quantity(recording.sample_rate, "Hz"),
                           outcome_of(one), or_not_said(recording.source)});
   }
@@ -313,7 +486,7 @@ Table subjects_table(const GroupSummary& group) {
                  {"feature", "subjects", "mean", "SD", "95 % interval of the mean", "simulated"});
   for (const FeatureSummary& one : group.features) {
     const auto value = [&](double number) { return shown(one.feature, number, one.unit); };
-    const bool event = one.feature == Feature::loss_of_resistance;
+    const bool event = is_event(one.feature);
     const std::string mean = event ? quantity(100.0 * one.mean, "% found") : value(one.mean);
     table.rows.push_back(
         {in_words(one.feature), std::to_string(one.count), mean, event ? "-" : value(one.deviation),
@@ -372,10 +545,11 @@ Table tolerances_table(const ComparisonReport& report) {
       make_table("", "Tolerances in force", "Of a recorded value; --tolerance replaces them.",
                  {"feature", "allowed", "where it comes from"});
   const QuantityKind quantity = report.options.comparison.quantity;
-  for (std::size_t n = 0; n < feature_count; ++n) {
-    const auto feature = static_cast<Feature>(n);
+  for (const Feature feature : comparison::features_of(quantity)) {
     const Tolerance tolerance = tolerance_of(feature, report.options.comparison);
-    table.rows.push_back({in_words(feature), shown(tolerance, unit_of(feature, unit_of(quantity))),
+    table.rows.push_back({in_words(feature),
+                          is_event(feature) ? std::string("the same")
+                                            : shown(tolerance, unit_of(feature, unit_of(quantity))),
                           tolerance.origin});
   }
   return table;
@@ -403,6 +577,9 @@ bool compared(const Comparison& one) { return one.outcome.status != Status::erro
 std::vector<Figure> figures_of(const ComparisonReport& report, std::size_t n) {
   if (!compared(report.found.recordings[n]) || n >= most_drawn) { return {}; }
   if (report.recordings.size() <= few_recordings) { return recording_figures(report, n); }
+  if (report.options.comparison.quantity == QuantityKind::insertion) {
+    return insertion_figures(report, {n}, "recording-" + std::to_string(n));
+  }
   return {report.options.comparison.quantity == QuantityKind::pressure
               ? pressure_figure(report, n, Over::time)
               : force_figure(report, n, Over::time)};
@@ -420,10 +597,16 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
                           {"quantity", std::string(comparison::name_of(o.quantity)),
                            "verdicts come from features and corridor; ratings explain"}};
   if (report.recordings.size() > 1) {
+    const std::string count = std::to_string(subjects_compared(report));
     facts.insert(
         facts.begin() + 1,
-        {"subjects", std::to_string(subjects_compared(report)),
-         "with a comparable recording; a recording that names no subject is one of its own"});
+        only_phantoms(report)
+            ? Fact{"recordings that count", count,
+                   "every insertion into a phantom enters a new position; those of one needle are "
+                   "not averaged"}
+            : Fact{"subjects", count,
+                   "with a comparable recording; a recording that names no subject is one of its "
+                   "own"});
   }
   const std::vector<double>& time = report.simulation.trace.time;
   facts.push_back({"simulation", simulation_words(report.simulation),
@@ -452,11 +635,13 @@ std::vector<Fact> key_facts(const ComparisonReport& report) {
 Section recording_section(const ComparisonReport& report, std::size_t n) {
   const Comparison& one = report.found.recordings[n];
   const Recording& recording = report.recordings[n].input.recording;
-  Section section{.kind = Section::Kind::article,
-                  .heading = recording.name,
-                  .badge = badge_of(one.outcome.status)};
+  Section section{
+      .kind = Section::Kind::article, .heading = recording.name, .badge = badge_of(one)};
   std::vector<PagePart>& parts = section.parts;
-  if (recording.kind != Recording::Kind::measured) {
+  if (recording.kind == Recording::Kind::measured_phantom) {
+    parts.emplace_back(Paragraph{"measured phantom: no patient", "reason"});
+  }
+  if (recording.kind == Recording::Kind::reconstructed) {
     parts.emplace_back(
         Paragraph{std::string(io::reconstruction_note) + ": not a measurement", "reason"});
   }
@@ -488,9 +673,16 @@ Section group_section(const ComparisonReport& report, std::size_t n) {
   const GroupSummary& group = report.found.groups[n];
   Section section{.kind = Section::Kind::article,
                   .heading = name_of_group(group.group),
-                  .badge = badge_of(group.outcome.status)};
+                  .badge = badge_of(group)};
   if (report.found.groups.size() > 1) { section.parts.emplace_back(Notes{group.outcome.reasons}); }
   section.parts.emplace_back(exhibits_of(group_figures(report, n)));
+  if (report.options.comparison.quantity == QuantityKind::insertion) {
+    section.parts.emplace_back(
+        Paragraph{"Measured mean and standard deviation (SD) over the recordings, and the "
+                  "simulated insertion:"});
+    section.parts.emplace_back(insertion_table(group));
+    return section;
+  }
   if (!group.means.empty()) {
     section.parts.emplace_back(
         Paragraph{"The simulated insertion compared with the means over subjects:"});
@@ -503,7 +695,7 @@ Section group_section(const ComparisonReport& report, std::size_t n) {
 void add_groups(const ComparisonReport& report, std::vector<PagePart>& parts) {
   if (report.recordings.size() < 2) { return; }
   Section section{.kind = Section::Kind::section,
-                  .heading = "Groups of subjects",
+                  .heading = only_phantoms(report) ? "Groups of recordings" : "Groups of subjects",
                   .parts = {groups_table(report)}};
   for (std::size_t n = 0; n < report.found.groups.size(); ++n) {
     if (!report.found.groups[n].features.empty()) {
@@ -526,15 +718,30 @@ Section recordings_section(const ComparisonReport& report) {
   return section;
 }
 
+Fact puncture_fact(const InsertionRule& rule) {
+  return {"first puncture",
+          "a drop by " + quantity(100.0 * rule.least_drop, "%") + " within " +
+              quantity(mm * rule.drop_distance, "mm") + " of advance",
+          "contact at " + quantity(rule.contact.force, "N") + " or " +
+              short_number(rule.contact.deviations) + " SD of the noise, kept over " +
+              quantity(mm * rule.contact.distance, "mm") + "; exponent from " +
+              quantity(100.0 * rule.dent_from, "%") + " of the dent on; relaxation after " +
+              quantity(rule.relaxation, "s") + " of the hold"};
+}
+
 std::vector<Fact> rule_facts(const ComparisonReport& report) {
   const ComparisonOptions& o = report.options.comparison;
   const LossRule& loss = o.features.loss;
   const auto percent = [](double share) { return quantity(100.0 * share, "%"); };
+  Fact event{
+      "loss of resistance",
+      "a fall by " + percent(loss.least_drop) + " within " + quantity(loss.longest_fall, "s"),
+      "held for " + quantity(loss.hold, "s") + ", steady to " + percent(loss.unsteady) +
+          " of the peak"};
+  const bool insertion = o.quantity == QuantityKind::insertion;
+  if (insertion) { event = puncture_fact(o.features.insertion); }
   return {
-      {"loss of resistance",
-       "a fall by " + percent(loss.least_drop) + " within " + quantity(loss.longest_fall, "s"),
-       "held for " + quantity(loss.hold, "s") + ", steady to " + percent(loss.unsteady) +
-           " of the peak"},
+      event,
       {"uncertainty", "U = " + short_number(o.uncertainties.coverage_factor) + " u_val",
        "u_val² = u_num² + u_input² + u_D²; a feature agrees or differs only if it does so at both "
        "ends of ± U"},
@@ -550,7 +757,8 @@ std::vector<Fact> rule_facts(const ComparisonReport& report) {
        "as stated on the command line; 0 by default"},
       {"corridor",
        "from " + std::to_string(report.options.corridor.least_subjects) + " subjects of a group",
-       "several recordings of one subject count as their mean; " +
+       (insertion ? "over the time from the contact; every recording of a phantom counts; "
+                  : "several recordings of one subject count as their mean; ") +
            percent(report.options.corridor.least_inside) +
            " of the simulated samples must lie in it"}};
 }
@@ -630,6 +838,7 @@ Json recording_json(const RecordingFile& input, const Comparison& one) {
   add_keys(json, "samples", recording.time.size(), "defects", defects, "warnings",
            input.input.warnings, "verdict", verdict_word(one.outcome.status), "reasons",
            one.outcome.reasons);
+  json["verdict"] = verdict_of(one);
   if (one.outcome.status != Status::error) { add_measures(json, one); }
   return json;
 }
@@ -665,16 +874,23 @@ Json options_json(const GroupOptions& options) {
   const ComparisonOptions& o = options.comparison;
   const Uncertainties& u = o.uncertainties;
   const LossRule& loss = o.features.loss;
-  return object("quantity", name_of(o.quantity), "alignment", name_of(o.alignment), "cutoff_hz",
-                o.cutoff, "grid_rate_hz", o.grid_rate, "least_overlap_s", o.least_overlap,
-                "loss_of_resistance",
-                object("least_drop", loss.least_drop, "hold_s", loss.hold, "settle_s", loss.settle,
-                       "longest_fall_s", loss.longest_fall, "unsteady", loss.unsteady, "least_peak",
-                       loss.least_peak),
-                "u_zero", o.quantity == QuantityKind::pressure ? u.transducer.zero : u.zero_force,
-                "u_gain", u.transducer.gain, "u_num", u.numerical, "u_input", u.input,
-                "coverage_factor", u.coverage_factor, "bootstrap_draws", options.bootstrap.draws,
-                "bootstrap_seed", options.bootstrap.seed);
+  return object(
+      "quantity", name_of(o.quantity), "alignment", name_of(o.alignment), "cutoff_hz", o.cutoff,
+      "grid_rate_hz", o.grid_rate, "least_overlap_s", o.least_overlap, "loss_of_resistance",
+      object("least_drop", loss.least_drop, "hold_s", loss.hold, "settle_s", loss.settle,
+             "longest_fall_s", loss.longest_fall, "unsteady", loss.unsteady, "least_peak",
+             loss.least_peak),
+      "insertion",
+      object("contact_n", o.features.insertion.contact.force, "contact_deviations",
+             o.features.insertion.contact.deviations, "contact_distance_m",
+             o.features.insertion.contact.distance, "least_drop", o.features.insertion.least_drop,
+             "drop_distance_m", o.features.insertion.drop_distance, "dent_from",
+             o.features.insertion.dent_from, "rest_s", o.features.insertion.rest, "relaxation_s",
+             o.features.insertion.relaxation),
+      "u_zero", o.quantity == QuantityKind::pressure ? u.transducer.zero : u.zero_force, "u_gain",
+      u.transducer.gain, "u_num", u.numerical, "u_input", u.input, "coverage_factor",
+      u.coverage_factor, "bootstrap_draws", options.bootstrap.draws, "bootstrap_seed",
+      options.bootstrap.seed);
 }
 
 Json credibility_json(const CredibilityFactor& factor) {
@@ -703,14 +919,16 @@ constexpr std::array written_units{WrittenUnit{"mmHg", "Pa", pascals_per_mmhg},
 constexpr const char* allowed_forms =
     "must be such as peak=15%, plateau=7mmHg, slope_before=30%+5mmHg/s or drop_time=x2";
 
-Feature feature_named(const std::string& name, const std::string& text) {
-  if (name == comparison::name_of(Feature::loss_of_resistance)) {
-    throw InputError("--tolerance " + text + ": " + name + " is found or not, which has no width");
-  }
+Feature feature_named(const std::string& name, const std::string& text, QuantityKind quantity) {
   std::vector<std::string_view> known;
-  for (std::size_t n = 1; n < feature_count; ++n) {
-    known.push_back(comparison::name_of(static_cast<Feature>(n)));
-    if (known.back() == name) { return static_cast<Feature>(n); }
+  for (const Feature feature : comparison::features_of(quantity)) {
+    const bool named = comparison::name_of(feature) == name;
+    if (named && is_event(feature)) {
+      throw InputError("--tolerance " + text + ": " + name +
+                       " is found or not, which has no width");
+    }
+    if (named) { return feature; }
+    if (!is_event(feature)) { known.push_back(comparison::name_of(feature)); }
   }
   const std::string_view nearest = io::nearest_word(name, known);
   throw InputError(
@@ -754,6 +972,21 @@ void add_width(const Written& written, const std::string& text, QuantityKind qua
 
 }  // namespace
 
+/// Returns true if the comparison fails by curves alone: every group that differs has features that
+/// agree.
+bool only_curves_differ(const ComparisonReport& report) {
+  if (report.found.outcome.status != Status::fail) { return false; }
+  const auto by_curve = [&](const GroupSummary& group) {
+    if (group.outcome.status != Status::fail || group.only_curve_differs) { return true; }
+    if (group.corridor) { return false; }
+    return std::ranges::all_of(report.found.recordings, [&](const Comparison& one) {
+      return one.group != group.group || one.outcome.status != Status::fail ||
+             one.only_curve_differs;
+    });
+  };
+  return std::ranges::all_of(report.found.groups, by_curve);
+}
+
 std::string tally_of(const ComparisonReport& report) {
   std::string text;
   const auto add = [&](Status status, const char* one, const char* many) {
@@ -772,7 +1005,8 @@ bool holds(const ComparisonReport& report) {
 }
 
 std::string verdict_text(const ComparisonReport& report) {
-  std::string text = capitalised(std::string(verdict_word(report.found.outcome.status)));
+  std::string text = capitalised(std::string(
+      only_curves_differ(report) ? only_curve_text : verdict_word(report.found.outcome.status)));
   const std::size_t left_out = count_of(report, Status::error);
   if (left_out > 0 && report.found.outcome.status != Status::error) {
     text += ", but " + counted(left_out, "recording", "recordings") + " cannot be compared";
@@ -794,8 +1028,11 @@ std::string verdict_sentence(const ComparisonReport& report) {
                     ? "."
                     : ": " + report.found.outcome.reasons.front() + ".";
   }
-  if (reconstructed_count(report) > 0) {
+  if (count_of(report, Recording::Kind::reconstructed) > 0) {
     sentence += " What was reconstructed is no evidence about patients.";
+  }
+  if (count_of(report, Recording::Kind::measured_phantom) > 0) {
+    sentence += " A phantom is no evidence about patients.";
   }
   return sentence;
 }
@@ -847,9 +1084,15 @@ std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_
   std::vector<Figure> figures;
   const bool both_have_depth = !report.recordings[recording].input.recording.depth.empty() &&
                                report.simulation.trace.find("tool.depth_m") != nullptr;
+  if (report.options.comparison.quantity == QuantityKind::insertion) {
+    figures = insertion_figures(report, {recording}, "recording-" + std::to_string(recording));
+    figures.push_back(residual_figure(report, recording));
+    return figures;
+  }
+  const bool has_pressure = !report.recordings[recording].input.recording.pressure.empty();
   for (const Over over : {Over::time, Over::depth}) {
     if (over == Over::depth && !both_have_depth) { continue; }
-    figures.push_back(pressure_figure(report, recording, over));
+    if (has_pressure) { figures.push_back(pressure_figure(report, recording, over)); }
     figures.push_back(force_figure(report, recording, over));
   }
   figures.push_back(residual_figure(report, recording));
@@ -858,6 +1101,14 @@ std::vector<Figure> recording_figures(const ComparisonReport& report, std::size_
 
 std::vector<Figure> group_figures(const ComparisonReport& report, std::size_t index) {
   const GroupSummary& group = report.found.groups[index];
+  if (report.options.comparison.quantity == QuantityKind::insertion) {
+    std::vector<std::size_t> members;
+    for (std::size_t n = 0; n < report.found.recordings.size(); ++n) {
+      const Comparison& one = report.found.recordings[n];
+      if (one.group == group.group && one.outcome.status != Status::error) { members.push_back(n); }
+    }
+    return insertion_figures(report, members, "group-" + std::to_string(index), &group);
+  }
   if (!group.corridor) { return {}; }
   const FieldUnit unit = unit_of_report(report);
   const Samples& mean = group.corridor->mean;
@@ -898,23 +1149,26 @@ std::string to_json(const ComparisonReport& report) {
   }
   const QuantityKind quantity = report.options.comparison.quantity;
   const auto of_group = [&](const GroupSummary& group) {
-    return object(
-        "group", group.group, "recordings", group.recordings, "subjects", group.subjects,
-        "measured", group.measured, "reconstructed", group.recordings - group.measured, "agree",
-        group.tally.passed, "not_distinguishable", group.tally.inconclusive, "differ",
-        group.tally.failed, "not_comparable", group.tally.errors, "subjects_agree",
-        group.subjects_agree, "agree_share", group.agree_share, "agree_interval_95",
-        group.subjects > 0 ? interval_json(group.agree_interval) : Json(nullptr), "features",
-        list_of(group.features, summary_json), "means_judged", list_of(group.means, feature_json),
-        "corridor", corridor_json(group, report.options.corridor), "verdict",
-        verdict_word(group.outcome.status), "reasons", group.outcome.reasons);
+    return object("group", group.group, "recordings", group.recordings, "subjects", group.subjects,
+                  "measured", group.measured, "measured_phantom", group.phantoms, "reconstructed",
+                  group.recordings - group.measured - group.phantoms, "agree", group.tally.passed,
+                  "not_distinguishable", group.tally.inconclusive, "differ", group.tally.failed,
+                  "not_comparable", group.tally.errors, "subjects_agree", group.subjects_agree,
+                  "agree_share", group.agree_share, "agree_interval_95",
+                  group.subjects > 0 ? interval_json(group.agree_interval) : Json(nullptr),
+                  "features", list_of(group.features, summary_json), "means_judged",
+                  list_of(group.means, feature_json), "corridor",
+                  corridor_json(group, report.options.corridor), "verdict", verdict_of(group),
+                  "reasons", group.outcome.reasons);
   };
-  return json_text(object("schema", 1, "verdict", verdict_word(report.found.outcome.status),
-                          "holds", holds(report), "sentence", verdict_sentence(report), "reasons",
-                          report.found.outcome.reasons, "quantity", name_of(quantity), "unit",
-                          unit_of(quantity), "simulation", simulation_json(report.simulation),
-                          "options", options_json(report.options), "recordings", recordings,
-                          "groups", list_of(report.found.groups, of_group), "credibility",
+  const std::string_view verdict =
+      only_curves_differ(report) ? only_curve_text : verdict_word(report.found.outcome.status);
+  return json_text(object("schema", 1, "verdict", verdict, "holds", holds(report), "sentence",
+                          verdict_sentence(report), "reasons", report.found.outcome.reasons,
+                          "quantity", name_of(quantity), "unit", unit_of(quantity), "simulation",
+                          simulation_json(report.simulation), "options",
+                          options_json(report.options), "recordings", recordings, "groups",
+                          list_of(report.found.groups, of_group), "credibility",
                           list_of(report.credibility, credibility_json), "command", report.command,
                           "provenance", report.provenance));
 }
@@ -924,7 +1178,7 @@ Tolerance tolerance_from(const std::string& text, QuantityKind quantity) {
   if (equals == std::string::npos || equals + 1 == text.size()) {
     throw InputError("--tolerance " + text + "; " + allowed_forms);
   }
-  Tolerance tolerance{.feature = feature_named(text.substr(0, equals), text),
+  Tolerance tolerance{.feature = feature_named(text.substr(0, equals), text, quantity),
                       .origin = "the command line"};
   std::string rest = text.substr(equals + 1);
   if (rest.front() == 'x') {
@@ -943,7 +1197,7 @@ Tolerance tolerance_from(const std::string& text, QuantityKind quantity) {
 std::string tolerance_help(QuantityKind quantity) {
   std::string help;
   for (const Tolerance& one : default_tolerances(quantity)) {
-    if (one.feature == Feature::loss_of_resistance) { continue; }
+    if (is_event(one.feature)) { continue; }
     const FieldUnit field = field_unit(comparison::unit_of(one.feature, unit_of(quantity)));
     std::string value = one.factor > 1.0 ? "x" + plain_number(one.factor) : "";
     if (one.relative > 0.0) { value = plain_number(100.0 * one.relative, 3) + "%"; }

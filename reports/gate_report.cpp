@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "fixtures/io/file_bytes.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/results/results_json.hpp"
 #include "validation/gate/gate.hpp"
@@ -61,7 +62,10 @@ std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bo
   }
   std::ranges::stable_sort(rows, std::ranges::greater{}, [](const auto& row) { return row.first; });
   std::vector<std::vector<std::string>> texts;
-  for (auto& [kind, row] : rows) { texts.push_back(std::move(row)); }
+  for (auto& [kind, row] : rows) {
+    for (std::string& cell : row) { cell = io::printable(cell); }
+    texts.push_back(std::move(row));
+  }
   return texts;
 }
 
@@ -200,11 +204,14 @@ std::vector<Fact> rule_facts() {
       {"same", "every bit", "nothing further is looked at"},
       {"whole", "finite, complete, of the same units and bounds", "before any difference is taken"},
       {"rounding", "10 times the spread",
-       "seen between builds and orders of summation, kept with the baseline"},
+       "seen between builds and orders of summation, kept with the baseline; at least a floor "
+       "for each unit"},
+      {"events", "two ticks", "and the spread"},
       {"errors", "0.1 digits", "and no more; a hundredth of a two-sided bound is no error"},
       {"counts and numbers without a bound", "1 %", "instructions, evaluations; facts of a run"},
-      {"curves", "0.1 % of the range in x, 0.2 % in y",
-       "0.1 digits on a logarithmic axis; half a sample late"}};
+      {"curves", "0.1 % of the range or two samples in x, 0.2 % in y",
+       "0.1 digits on a logarithmic axis; half a sample late"},
+      {"texts of a run", "none", "keys of the scene, kernel, integrator, sizes, warnings"}};
 }
 
 }  // namespace
@@ -223,6 +230,16 @@ std::string verdict_sentence(const gate::GateResult& result) {
                      std::to_string(sum.better) + " better, " + std::to_string(sum.failed) +
                      " regressed";
   return sum.better > 0 ? text + "; `palpate approve` keeps what is better" : text;
+}
+
+std::string builds_text(const GateReport& report) {
+  const auto build = [](const std::map<std::string, std::string>& provenance) {
+    return io::printable("commit " + entry(provenance, "commit") + ", " +
+                         entry(provenance, "compiler") + ", " + entry(provenance, "processor"));
+  };
+  const std::string now = build(report.provenance);
+  const std::string before = build(report.baseline.provenance);
+  return "made by " + now + "; baseline by " + (before == now ? "the same" : before);
 }
 
 std::string changes_text(const gate::GateResult& result) {
@@ -251,13 +268,13 @@ std::string to_json(const GateReport& report) {
     const gate::Approval& last = report.baseline.ledger.back();
     approved = object("date", last.date, "commit", last.commit, "reason", last.reason);
   }
-  return json_text(object("schema", 1, "verdict", report.result.holds() ? "pass" : "fail", "reason",
-                          verdict_text(report.result), "results", report.results, "baseline",
-                          report.baseline_file, "approved", approved, "identical", sum.identical,
-                          "unchanged", sum.unchanged, "better", sum.better, "failed", sum.failed,
-                          "faults", report.result.faults, "provenance",
-                          object("before", report.baseline.provenance, "now", report.provenance),
-                          "cases", list_of(report.result.cases, changes_json)));
+  return json_text(object(
+      "schema", 1, "verdict", report.result.holds() ? "pass" : "fail", "reason",
+      verdict_text(report.result), "results", report.results, "baseline", report.baseline_file,
+      "approved", approved, "builds", builds_text(report), "identical", sum.identical, "unchanged",
+      sum.unchanged, "better", sum.better, "failed", sum.failed, "faults", report.result.faults,
+      "provenance", object("before", report.baseline.provenance, "now", report.provenance), "cases",
+      list_of(report.result.cases, changes_json)));
 }
 
 std::string to_junit(const GateReport& report) {
@@ -267,7 +284,7 @@ std::string to_junit(const GateReport& report) {
 std::string to_html(const GateReport& report) {
   const auto& ledger = report.baseline.ledger;
   Page page{.banner = {.title = "Palpate gate",
-                       .small_print = {report.command, report.results,
+                       .small_print = {report.command, report.results, builds_text(report),
                                        ledger.empty() ? "" : "baseline of " + ledger.back().date},
                        .status = report.result.holds() ? Status::pass : Status::fail,
                        .verdict = verdict_text(report.result),
@@ -277,6 +294,11 @@ std::string to_html(const GateReport& report) {
     page.parts.emplace_back(Section{.heading = heading, .parts = std::move(parts)});
   };
   if (!report.result.faults.empty()) { add("Why", {Notes{report.result.faults}}); }
+  if (gate::is_dirty(entry(report.baseline.provenance, "commit"))) {
+    add("Doubt",
+        {Notes{
+            {"The baseline is of a build with uncommitted changes, which cannot be repeated."}}});
+  }
   constexpr std::size_t at_a_glance = 20;
   Table shown = changes_table(report.result, false);
   if (shown.rows.size() > at_a_glance) {

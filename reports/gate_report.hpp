@@ -25,6 +25,9 @@ std::string verdict_text(const gate::GateResult& result);
 /// Counts of the other cases: "140 identical, 5 within what is allowed, 1 better".
 std::string verdict_sentence(const gate::GateResult& result);
 
+/// Line that names the builds and processors of the results and of the baseline.
+std::string builds_text(const GateReport& report);
+
 /// Table with one row for each case that failed or improved, worst first, with its worst change, as
 /// lines of aligned text.
 std::string changes_text(const gate::GateResult& result);

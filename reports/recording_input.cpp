@@ -7,6 +7,7 @@
 #include <cmath>
 #include <span>
 
+#include "fixtures/io/csv_file.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/hdf5_file.hpp"
 #include "model/problem/input_error.hpp"
@@ -285,10 +286,10 @@ RecordingFormat format_of(const std::filesystem::path& path) {
     throw InputError(path.string() + ": is a MATLAB file of an older kind; save it with -v7.3");
   }
   if (has_frames(beginning)) { return RecordingFormat::raw; }
-  if (is_text(beginning)) { return RecordingFormat::csv; }
+  if (is_text(beginning) || io::is_utf16(beginning)) { return RecordingFormat::csv; }
   throw InputError(path.string() +
                    ": is no text, no HDF5 and has no frames of the raw link; one of these is "
-                   "needed (CSV as UTF-8)");
+                   "needed (CSV as UTF-8, or UTF-16 with a byte order mark)");
 }
 
 InputRecording read_any_recording(const std::filesystem::path& path, RecordingFormat format,

@@ -77,8 +77,9 @@ class Smallest {
 };
 
 struct Series {
-  /// band: faint, for what is allowed or uncertain; area: strong, for parts stacked on each other
-  enum class Style { line, points, line_and_points, dashed, band, area };
+  /// band: faint, for what is allowed or uncertain; area: strong, for parts stacked on each other;
+  /// thin: one of several alike curves, in the colour of the first series
+  enum class Style { line, points, line_and_points, dashed, band, area, thin };
   std::string label{};
   Style style = Style::line;
   std::vector<double> x{};

@@ -17,8 +17,13 @@ namespace palpate {
 struct PathInterval {
   double begin = 0.0;
   double end = std::numeric_limits<double>::infinity();
-  double cutting_force = 0.0;  ///< [N]
-  double friction = 0.0;       ///< [N/m] per metre of shaft
+  double puncture_force = 0.0;   ///< at which the tip begins to cut [N]
+  double cutting_force = 0.0;    ///< at which it goes on [N]
+  double indentation_toe = 0.0;  ///< [m]
+  double friction = 0.0;         ///< [N/m] per metre of shaft
+  double friction_travel = 0.0;  ///< [m]; 0: friction of Coulomb
+  double friction_exponent = 0.0;
+  std::optional<double> outflow_resistance{};  ///< [Pa s/m^3]
   TissueRole role = TissueRole::tissue;
   std::string label{};           ///< name of the layer or of its material
   double youngs_modulus = 0.0;   ///< [Pa]; 0 in a gap or in an unknown material
@@ -49,18 +54,41 @@ struct ResolvedLayer {
 /// Returns the layers of a flat block; empty for other tissues.
 std::vector<ResolvedLayer> resolved_layers(const Scene& scene);
 
+/// Force of a tip on the tissue between it and the contact point, which is dented by a gap
+/// (model/EQUATIONS.md, "Contact of a size"). Without a toe the force is gap / compliance.
+struct DentLaw {
+  double compliance = 0.0;  ///< c_s, that the grid lacks [m/N]
+  double continuum = 0.0;   ///< c_c, of the continuum [m/N]
+  double toe = 0.0;         ///< dent of the continuum up to which the contact stiffens [m]
+
+  /// Slope of the force at rest as a share of 1 / c_c.
+  static constexpr double slope_at_rest = 0.02;
+
+  [[nodiscard]] double force(double gap) const noexcept;   ///< [N]
+  [[nodiscard]] double slope(double gap) const noexcept;   ///< of the force over the gap [N/m]
+  [[nodiscard]] double gap(double force) const noexcept;   ///< [m]
+  [[nodiscard]] double energy(double gap) const noexcept;  ///< [J]
+
+ private:
+  [[nodiscard]] double dent(double gap) const noexcept;
+  [[nodiscard]] double at_dent(double dent) const noexcept;
+};
+
 /// Axial compliance between a tool and the tissue around its tip that the grid lacks, because its
 /// cells are not small against the tool (model/EQUATIONS.md, "Contact of a size").
 struct TipCompliance {
   /// Ascending depths of the values [m], borders of layers among them: c_s has a sharp bend there.
   std::vector<double> depth{};
   std::vector<double> value{};  ///< [m/N]; linear between depths, constant beyond; empty: none
-  double continuum = 0.0;       ///< compliance of the layered continuum at the skin [m/N]
-  double grid = 0.0;            ///< compliance of the unbounded grid there [m/N]
-  double spacing = 0.0;         ///< of the planes of nodes [m]
+  std::vector<double> of_continuum{};  ///< compliance of the layered continuum there [m/N]
+  double continuum = 0.0;              ///< the same at the skin [m/N]
+  double grid = 0.0;                   ///< compliance of the unbounded grid there [m/N]
+  double spacing = 0.0;                ///< of the planes of nodes [m]
   /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
   double excess = 0.0;
   [[nodiscard]] double at(double place) const noexcept;
+  /// Returns the law of the contact at a place, in tissue with a toe [m].
+  [[nodiscard]] DentLaw law(double place, double toe) const noexcept;
   /// Returns the next depth of the table beyond `place`; infinite beyond the last [m].
   [[nodiscard]] double next(double place) const noexcept;
 };
@@ -133,17 +161,23 @@ class NeedlePath {
   [[nodiscard]] Place place(double depth) const noexcept;
   /// Returns the index of the interval at `depth`; a boundary belongs to the next interval.
   [[nodiscard]] std::size_t interval_at(double depth) const noexcept;
-  /// Computes the friction limits l_k [N] for a tip at `depth` and returns their sum.
+  /// Computes the friction limits l_k [N] of Coulomb for a tip at `depth` and returns their sum.
   double friction(double depth, std::span<double> of_knot) const noexcept;
+  /// The same for an interval with a travel.
+  double friction(std::size_t interval, double depth, std::span<double> of_knot) const noexcept;
 
  private:
   /// Part of an interval between two contact points, with its friction.
   struct Piece {
     double begin = 0.0;
     double end = 0.0;
-    double friction = 0.0;  ///< [N/m]
-    std::size_t knot = 0;   ///< contact point before it
+    double friction = 0.0;     ///< [N/m]
+    std::size_t knot = 0;      ///< contact point before it
+    std::size_t interval = 0;  ///< of the materials
   };
+  /// Sums the friction of pieces; `interval`: of this one alone, or of all.
+  double sum_friction(std::span<const Piece> pieces, std::optional<std::size_t> interval,
+                      double depth, std::span<double> of_knot) const noexcept;
   void of_needle(const Scene& scene, const SpringNetwork& network);
   void of_probe(const Scene& scene, const SpringNetwork& network);
   void add_knot(double depth, const std::vector<Support>& supports);
@@ -158,7 +192,8 @@ class NeedlePath {
   std::vector<PathInterval> beneath_;
   double hertz_share_ = 0.0;
   std::optional<ProbeFace> sliding_face_;
-  std::vector<Piece> pieces_;
+  std::vector<Piece> pieces_;   ///< with friction of Coulomb, in order of depth
+  std::vector<Piece> dragged_;  ///< with a travel
   double bone_ = std::numeric_limits<double>::infinity();
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -107,9 +108,10 @@ void leave_out_rows_out_of_order(Recording& recording) {
 
 void count_defects(Recording& recording, std::span<const char> reported_out_of_range) {
   RecordingDefects& defects = recording.defects;
-  defects.not_finite = clear_what_is_not_finite(recording.pressure);
+  const std::size_t in_pressure = clear_what_is_not_finite(recording.pressure);
+  const std::size_t in_force = clear_what_is_not_finite(recording.force);
+  defects.not_finite = recording.pressure.empty() ? in_force : in_pressure;
   clear_what_is_not_finite(recording.depth);
-  clear_what_is_not_finite(recording.force);
   count_gaps(recording);
   defects.out_of_range = 0;
   for (std::size_t n = 0; n < recording.pressure.size(); ++n) {
@@ -119,12 +121,31 @@ void count_defects(Recording& recording, std::span<const char> reported_out_of_r
         pressure < DefectRules::least_pressure || pressure > DefectRules::largest_pressure;
     defects.out_of_range += reported || out ? 1 : 0;
   }
-  const Extremes extremes = extremes_of(recording.pressure);
+  const std::vector<double>& signal = recording.signal();
+  const Extremes extremes = extremes_of(signal);
   defects.clipped = 0;
   if (!(extremes.least < extremes.largest)) { return; }  // a constant signal is not clipped
   for (const double extreme : {extremes.least, extremes.largest}) {
-    defects.clipped += flat_samples(recording.pressure, extreme, DefectRules::flat_run);
+    defects.clipped += flat_samples(signal, extreme, DefectRules::flat_run);
   }
+}
+
+std::optional<std::size_t> find_contact(std::span<const double> force,
+                                        std::span<const double> depth, double threshold,
+                                        double distance) {
+  const std::size_t count = std::min(force.size(), depth.size());
+  std::optional<std::size_t> first;  // sample from which the force has been above the threshold
+  for (std::size_t n = 0; n < count; ++n) {
+    if (std::isnan(force[n]) || std::isnan(depth[n])) { continue; }
+    if (!(force[n] > threshold)) {
+      first.reset();
+    } else if (!first) {
+      first = n;
+    } else if (depth[n] - depth[*first] >= distance) {
+      return first;
+    }
+  }
+  return std::nullopt;
 }
 
 Extremes extremes_of(std::span<const double> values) {
@@ -148,17 +169,20 @@ std::string why_unusable(const Recording& recording) {
   for (const auto& [name, values] :
        {std::pair{"pressure", &recording.pressure}, std::pair{"depth", &recording.depth},
         std::pair{"force", &recording.force}}) {
-    if (values->empty() && values != &recording.pressure) { continue; }
-    if (values->size() == samples) { continue; }
+    if (values->empty() || values->size() == samples) { continue; }
     return std::string(name) + " has " + std::to_string(values->size()) + " values and time " +
            std::to_string(samples) + "; they must have as many";
+  }
+  if (recording.signal().empty()) {
+    return "has neither pressure nor force; one of them is needed";
   }
   const Extremes span = extremes_of(recording.time);
   if (span.largest - span.least >= longest_span) {
     return "lasts more than 1e9 s; time must be in the unit that its name says";
   }
-  if (std::isnan(extremes_of(recording.pressure).largest)) {
-    return "pressure has no number at all; at least one sample must be finite";
+  if (std::isnan(extremes_of(recording.signal()).largest)) {
+    return std::string(recording.pressure.empty() ? "force" : "pressure") +
+           " has no number at all; at least one sample must be finite";
   }
   return {};
 }

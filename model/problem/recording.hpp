@@ -27,10 +27,11 @@ struct RecordingDefects {
   bool operator==(const RecordingDefects&) const = default;
 };
 
-/// Recording of a pressure transducer: a measured insertion, or one reconstructed from published
+/// Recording of an insertion, with the pressure of a transducer, the force along the needle, or
+/// both: measured in a patient or specimen, measured in a phantom, or reconstructed from published
 /// values.
 struct Recording {
-  enum class Kind { measured, reconstructed };
+  enum class Kind { measured, reconstructed, measured_phantom };
   /// Method of injection; pressures of the two are not comparable.
   enum class Regime { thumb, pump };
 
@@ -41,7 +42,8 @@ struct Recording {
   std::string note{};    ///< remarks; for a reconstructed recording, its source data
   std::string group{};   ///< group of subjects, e.g. "BMI 18-24.9"
   /// Anonymous code of the subject, unique within its group: recordings with the same group and
-  /// code count as one subject. Empty if there is no other recording of the subject.
+  /// code count as one subject. Empty if there is no other recording of the subject. Of a phantom:
+  /// the needle; each of its insertions counts, because each enters a new position.
   std::string subject{};
   std::optional<double> body_mass_index{};  ///< [kg/m^2]
   std::string technique{};                  ///< "continuous", "intermittent" or empty
@@ -49,10 +51,15 @@ struct Recording {
   double sample_rate = 0.0;                 ///< nominal [Hz]
 
   std::vector<double> time{};      ///< [s], strictly increasing
-  std::vector<double> pressure{};  ///< gauge [Pa], one per time; NaN where none was measured
+  std::vector<double> pressure{};  ///< gauge [Pa]; NaN where none was measured; empty if never
   std::vector<double> depth{};     ///< of the tip below the skin [m]; empty if not recorded
   std::vector<double> force{};     ///< along the needle [N]; empty if not recorded
   RecordingDefects defects{};
+
+  /// Pressure, or the force of a recording without pressure. Its samples are checked for defects.
+  [[nodiscard]] const std::vector<double>& signal() const {
+    return pressure.empty() ? force : pressure;
+  }
 };
 
 struct DefectRules {
@@ -83,12 +90,32 @@ void leave_out_rows_out_of_order(Recording& recording);
 /// Counts the gaps and the missing, non-finite, out-of-range and clipped samples of a recording in
 /// order of time; replaces these five counts. `reported_out_of_range` has one entry per sample,
 /// non-zero if the transducer reported an overrange; empty if it has no such flag. Infinite
-/// values become NaN; only those of the pressure are counted.
+/// values become NaN; only those of the signal are counted.
 void count_defects(Recording& recording, std::span<const char> reported_out_of_range = {});
 
 /// Returns why a recording cannot be used, e.g. "has no samples; at least two are needed"; empty if
-/// it can. A constant pressure is usable.
+/// it can. A constant signal is usable.
 std::string why_unusable(const Recording& recording);
+
+/// Rule that finds where a needle touches the tissue: the first sample from which the force stays
+/// above a threshold while the needle advances by `distance`.
+struct ContactRule {
+  /// Least threshold [N]. It reproduces the dents and exponents of phantom measurements that were
+  /// evaluated independently (docs/notebook/measured-insertions.md).
+  double force = 0.1;
+  double deviations = 5.0;  ///< threshold over the standard deviation of the force at rest
+  double distance = 1e-3;   ///< [m]
+  /// Returns the threshold [N] for a standard deviation of the samples [N].
+  [[nodiscard]] double threshold(double deviation) const {
+    return deviation * deviations > force ? deviation * deviations : force;
+  }
+};
+
+/// Returns the index of the first sample of contact; absent without contact. `force` [N] and
+/// `depth` [m] have the same length; NaN is skipped.
+std::optional<std::size_t> find_contact(std::span<const double> force,
+                                        std::span<const double> depth, double threshold,
+                                        double distance);
 
 /// Smallest and largest finite value; both are NaN if there is none.
 struct Extremes {

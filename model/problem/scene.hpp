@@ -107,6 +107,12 @@ struct Drive {
 
 /// Fluid between thumb and needle tip (model/EQUATIONS.md, "Syringe"). The default is saline.
 struct Syringe {
+  /// Technique of the thumb. full: it always presses with its largest force. drives: it pushes the
+  /// needle through the plunger, so that the pressure carries the reaction of the tissue (Eqs. 1
+  /// and 2). tests: it presses with its largest force while the needle rests, and not otherwise.
+  enum class Thumb { full, drives, tests } thumb = Thumb::full;
+  double hand_share = 0.0;              ///< of the other hand in the force on a driven needle [1]
+  double plunger_friction = 0.0;        ///< [N]
   double plunger_area = 1.767e-4;       ///< [m^2]
   double compliance = 2.0e-12;          ///< C of the wall and any air [m^3/Pa]
   double thumb_force = 11.0;            ///< largest force of the thumb [N]
@@ -172,9 +178,18 @@ struct Material {
   std::optional<double> retardation_time{};
   std::optional<Stiffening> stiffening{};
   std::vector<RelaxationBranch> relaxation{};  ///< at most three branches
-  double cutting_force = 0.0;                  ///< [N]
-  double friction = 0.0;                       ///< [N/m] per metre of shaft
-  std::optional<TissueRole> role{};            ///< empty: derived from the name by role_of()
+  /// Force at which the tip begins a crack; empty: the cutting force [N].
+  std::optional<double> puncture_force{};
+  double cutting_force = 0.0;  ///< at which the tip goes on cutting [N]
+  /// Dent over which the tip's contact becomes as stiff as that of a flat punch; 0: at once [m].
+  double indentation_toe = 0.0;
+  double friction = 0.0;  ///< per metre of shaft, with a travel at 1 mm/s [N/m]
+  /// Distance over which the shaft drags the tissue along before it slides; 0: none [m].
+  double friction_travel = 0.0;
+  double friction_exponent = 0.0;  ///< of the sliding speed, with a travel [1]
+  /// R to the outflow from a needle with its tip here; empty: that of the syringe [Pa s/m^3].
+  std::optional<double> outflow_resistance{};
+  std::optional<TissueRole> role{};  ///< empty: derived from the name by role_of()
 };
 
 /// Returns the law of a material; linear and elastic if it has neither stiffening nor relaxation.

@@ -131,6 +131,7 @@ constexpr auto words(TissueRole e) {
 constexpr auto words(Probe::Shape e) { return in_order(e, "fingertip", "ultrasound"); }
 constexpr auto words(Drive::Kind e) { return in_order(e, "trajectory", "force", "falcon"); }
 constexpr auto words(Drive::Technique e) { return in_order(e, "continuous", "intermittent"); }
+constexpr auto words(Syringe::Thumb e) { return in_order(e, "full", "drives", "tests"); }
 constexpr auto words(FalconDrive::Hand e) {
   return in_order(e, "light", "medium", "firm", "two-stage");
 }
@@ -349,10 +350,25 @@ template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
   v.at_most_one("viscosity", "retardation_time");
   v.optional_table("stiffening", m.stiffening);
   v.list("relaxation", m.relaxation);
+  v.value("puncture_force", m.puncture_force,
+          {"N", range::non_negative,
+           "Force at which the needle tip begins to cut; left out: cutting_force"});
   v.value("cutting_force", m.cutting_force,
-          {"N", range::non_negative, "Cutting force at the needle tip"});
+          {"N", range::non_negative, "Force at which the needle tip goes on cutting"});
+  v.value("indentation_toe", m.indentation_toe,
+          {"m", range::non_negative,
+           "Dent over which the tip's contact stiffens to that of a flat punch"});
   v.value("friction", m.friction,
-          {"N/m", range::non_negative, "Friction force per metre of needle shaft"});
+          {"N/m", range::non_negative,
+           "Friction force per metre of needle shaft; with friction_travel that at 1 mm/s"});
+  v.value("friction_travel", m.friction_travel,
+          {"m", range::non_negative,
+           "Distance over which the shaft drags the tissue along before it slides"});
+  v.value("friction_exponent", m.friction_exponent,
+          {"1", {.low = 0.0, .high = 1.0}, "Exponent of the sliding speed in the friction force"});
+  v.value("outflow_resistance", m.outflow_resistance,
+          {"Pa s/m^3", range::positive,
+           "Flow resistance for a needle with its tip here; left out: that of [syringe]"});
   v.value("role", m.role, {.doc = "Kind of tissue for a needle; left out: from the name"});
 }
 
@@ -503,6 +519,14 @@ template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
 template <class Visitor, Is<Syringe> T> void fields(Visitor& v, T& s) {
   v.value("preset", preset(s, {{{"saline", {}}, {"air", air_syringe()}}}),
           {.doc = "Fluid; sets the defaults of the keys below"});
+  v.value(
+      "thumb", s.thumb,
+      {.doc = "Technique: always full force; push the needle by the plunger; test at rest only"});
+  v.value("hand_share", s.hand_share,
+          {"1", range::from_to_below(0.0, 1.0),
+           "Share of the other hand in the force on a needle that the thumb drives"});
+  v.value("plunger_friction", s.plunger_friction,
+          {"N", range::non_negative, "Friction of the plunger"});
   v.value("plunger_area", s.plunger_area,
           {"m^2", range::positive, "Area of the plunger; default: bore of 15 mm"});
   v.value("compliance", s.compliance,

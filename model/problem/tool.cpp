@@ -56,15 +56,45 @@ double hand_force(const Drive& drive, double t) noexcept {
   return drive.force;
 }
 
-void SyringePressure::advance(double h, bool in_tissue, TissueRole role) noexcept {
-  const double resistance = !in_tissue                           ? syringe_.open_resistance
-                            : role == TissueRole::epidural_space ? syringe_.epidural_resistance
-                                                                 : syringe_.tissue_resistance;
-  const double limit = syringe_.thumb_force / syringe_.plunger_area;
+void SyringePressure::advance(double h, double resistance, double thumb) noexcept {
+  limit_ = thumb;
+  const double friction = syringe_.plunger_friction;
+  const double pressed = std::max(thumb - friction, 0.0) / syringe_.plunger_area;
   const double reached = syringe_.thumb_flow * resistance;  // pressure limit of the thumb's flow
-  const double after =
-      reached + (pressure_ - reached) * std::exp(-h / (resistance * syringe_.compliance));
-  pressure_ = std::min(after, limit);
+  const double decay = std::exp(-h / (resistance * syringe_.compliance));
+  if (pressure_ <= pressed) {
+    pressure_ = std::min(reached + (pressure_ - reached) * decay, pressed);
+    return;
+  }
+  // The thumb holds less than the pressure: the plunger sticks while fluid leaks, or is driven
+  // back.
+  const double held = (thumb + friction) / syringe_.plunger_area;
+  pressure_ = std::min(std::max(pressure_ * decay, std::min(pressed, reached)), held);
+}
+
+double SyringePressure::thumb() const noexcept {
+  const double force = pressure_ * syringe_.plunger_area;
+  return syringe_.plunger_friction == 0.0 ? force
+                                          : std::min(limit_, force + syringe_.plunger_friction);
+}
+
+double SyringePressure::thumb_limit(double reaction, bool at_rest) const noexcept {
+  const double most = syringe_.thumb_force;
+  switch (syringe_.thumb) {
+    case Syringe::Thumb::full: return most;
+    case Syringe::Thumb::drives:
+      return std::clamp((1.0 - syringe_.hand_share) * reaction + syringe_.plunger_friction, 0.0,
+                        most);
+    case Syringe::Thumb::tests: break;
+  }
+  return at_rest ? most : 0.0;
+}
+
+double SyringePressure::resistance(bool in_tissue, TissueRole role,
+                                   const std::optional<double>& own) const noexcept {
+  if (!in_tissue) { return syringe_.open_resistance; }
+  return own.value_or(role == TissueRole::epidural_space ? syringe_.epidural_resistance
+                                                         : syringe_.tissue_resistance);
 }
 
 }  // namespace palpate

@@ -35,16 +35,24 @@ class SyringePressure {
  public:
   explicit SyringePressure(const Syringe& syringe) : syringe_(syringe) {}
 
-  /// Advances by h seconds, with the tip in air or in tissue of the given role. Exact for constant
-  /// outflow.
-  void advance(double h, bool in_tissue, TissueRole role) noexcept;
+  /// Advances by h seconds in which the thumb presses with at most `thumb` [N] against an outflow
+  /// resistance [Pa s/m^3]. Exact for constant outflow.
+  void advance(double h, double resistance, double thumb) noexcept;
   [[nodiscard]] double pressure() const noexcept { return pressure_; }  ///< gauge [Pa]
-  /// Returns the force of the thumb [N].
-  [[nodiscard]] double thumb() const noexcept { return pressure_ * syringe_.plunger_area; }
+  /// Returns the force of the thumb, P A and the friction of the plunger, at most that of
+  /// advance() [N].
+  [[nodiscard]] double thumb() const noexcept;
+  /// Returns the force with which the thumb may press, under a reaction of the tissue [N] on a
+  /// needle at rest or not.
+  [[nodiscard]] double thumb_limit(double reaction, bool at_rest) const noexcept;
+  /// Returns the outflow resistance in air or in tissue [Pa s/m^3]; `own` is that of the material.
+  [[nodiscard]] double resistance(bool in_tissue, TissueRole role,
+                                  const std::optional<double>& own) const noexcept;
 
  private:
   Syringe syringe_;
   double pressure_ = 0.0;
+  double limit_ = 0.0;  ///< `thumb` of the last advance() [N]
 };
 
 }  // namespace palpate

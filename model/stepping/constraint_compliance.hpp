@@ -27,10 +27,10 @@ template <class Real> class ConstraintCompliance {
   using Solve = std::function<void(const Vector<Real>& right, Vector<Real>& solution)>;
 
   /// Computes P^-1 for each contact point and axis; calls `solve` once for each and allocates. The
-  /// supports of contact point k are `begin[k]` to `begin[k + 1]`. `tool` is the tool's coordinate,
-  /// or -1.
-  void learn(std::vector<Support> supports, std::vector<std::size_t> begin, Eigen::Index tool,
-             double tool_mass, Eigen::Index dof, const Solve& solve) {
+  /// supports of contact point k are `begin[k]` to `begin[k + 1]`. `force_rows` is the largest
+  /// number of rows from add_force_row(); `tool` is the tool's coordinate, or -1.
+  void learn(std::vector<Support> supports, std::vector<std::size_t> begin, std::size_t force_rows,
+             Eigen::Index tool, double tool_mass, Eigen::Index dof, const Solve& solve) {
     supports_ = std::move(supports);
     begin_ = std::move(begin);
     solve_ = solve;
@@ -66,14 +66,15 @@ template <class Real> class ConstraintCompliance {
       tool_response_ = static_cast<double>(solution(tool));
     }
     const auto count = static_cast<std::size_t>(knots);
-    row_.resize(2 * count + 3);
-    coefficients_.resize(4 * count + 2);
-    image_.setZero(3 * knots, 2 * knots + 3);
-    small_.setZero(2 * knots + 3, 2 * knots + 3);
+    const auto rows = 2 * knots + 3 + static_cast<Eigen::Index>(force_rows);
+    row_.resize(static_cast<std::size_t>(rows));
+    coefficients_.resize(4 * count + 2 + force_rows * count);
+    image_.setZero(3 * knots, rows);
+    small_.setZero(rows, rows);
     knots_.setZero(3 * knots);
     inertial_.setZero(3 * knots);
     shares_.setZero(3 * knots);
-    multipliers_.setZero(2 * knots + 3);
+    multipliers_.setZero(rows);
   }
   [[nodiscard]] bool learned() const { return dof_ > 0; }
   /// Changes the weights of a single contact point and computes its response along one axis anew;
@@ -100,9 +101,16 @@ template <class Real> class ConstraintCompliance {
   std::span<Eigen::Vector3d> add_row(std::size_t first, std::size_t count, double on_tool,
                                      double softness = 0.0) noexcept {
     if (rows_ == 0) { used_ = 0; }
-    row_[rows_++] = {first, count, on_tool, used_, softness};
+    row_[rows_++] = {first, count, on_tool, used_, softness, true};
     used_ += count;
     return {coefficients_.data() + used_ - count, count};
+  }
+  /// The same for a force of the matrix that P lacks: row^T row / softness.
+  std::span<Eigen::Vector3d> add_force_row(std::size_t first, std::size_t count, double on_tool,
+                                           double softness) noexcept {
+    const auto coefficients = add_row(first, count, on_tool, softness);
+    row_[rows_ - 1].constrains = false;
+    return coefficients;
   }
   /// Factorises the constraint matrix; call it after the last row.
   void factorise() noexcept {
@@ -157,7 +165,8 @@ template <class Real> class ConstraintCompliance {
     double on_tool = 0.0;
     for (Eigen::Index i = 0; i < count; ++i) {
       const Row& row = row_[static_cast<std::size_t>(i)];
-      mu(i) = along(row, inertial_, tool_inertial) - along(row, knots_, tool);
+      mu(i) =
+          (row.constrains ? along(row, inertial_, tool_inertial) : 0.0) - along(row, knots_, tool);
     }
     for (Eigen::Index i = 0; i < count; ++i) {
       mu(i) = (mu(i) - small_.row(i).head(i).dot(mu.head(i))) / small_(i, i);
@@ -208,6 +217,7 @@ template <class Real> class ConstraintCompliance {
     double on_tool = 0.0;
     std::size_t coefficients = 0;  ///< index of the first coefficient
     double softness = 0.0;         ///< of a constraint that is not rigid [1/kg]
+    bool constrains = true;
   };
   [[nodiscard]] double along(const Row& row, const Eigen::Ref<const Eigen::VectorXd>& knots,
                              double tool) const noexcept {

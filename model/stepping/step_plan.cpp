@@ -269,7 +269,9 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
 void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   double force = 0.0;
   for (const PathInterval& interval : path.intervals()) {
-    if (std::isfinite(interval.cutting_force)) { force = std::max(force, interval.cutting_force); }
+    if (std::isfinite(interval.puncture_force)) {
+      force = std::max({force, interval.puncture_force, interval.cutting_force});
+    }
   }
   const double share = force * plan.tip.grid / plan.tip.spacing;
   if (share > 0.5) {
@@ -296,12 +298,20 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
         "tissue under the tool stiffens, but the compliance of the contact below the size of a "
         "cell is linear: the force of a dent depends on the spacing");
   }
+  double stiffness = 0.0;  // of the tissue between tool and nodes
+  for (const PathInterval& interval : path.intervals()) {
+    const double end = std::min(interval.end, path.knots().back().depth);
+    if (!(interval.friction_travel > 0.0) || !(end > interval.begin)) { continue; }
+    stiffness += interval.friction * (end - interval.begin) / interval.friction_travel;
+  }
   if (plan.tip.value.empty()) {
     plan.skipped.emplace_back(
         "compliance of the contact: the grid resolves the tool, or its "
         "material is unknown");
-    return;
+  } else {
+    stiffness += 1.0 / std::ranges::min(plan.tip.value);
   }
+  if (stiffness == 0.0) { return; }
   double mobility = 0.0;
   for (const NeedlePath::Knot& knot : path.knots()) {
     double own = 0.0;
@@ -311,8 +321,7 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     }
     mobility = std::max(mobility, own);
   }
-  const double square = mobility / std::ranges::min(plan.tip.value);
-  plan.bounds.omega_upper = std::hypot(plan.bounds.omega_upper, std::sqrt(square));
+  plan.bounds.omega_upper = std::hypot(plan.bounds.omega_upper, std::sqrt(mobility * stiffness));
 }
 
 /// Computes the damping that the scheme adds to the tissue's first mode, and warns if it exceeds

@@ -21,6 +21,7 @@
 #include "model/problem/tool.hpp"
 #include "model/problem/trace.hpp"
 #include "model/stepping/constraint_compliance.hpp"
+#include "model/stepping/creeping_friction.hpp"
 #include "model/stepping/tool_report.hpp"
 
 namespace palpate {
@@ -136,6 +137,13 @@ template <class Real> class ToolContact : public ToolState {
     across_[0] = n_.unitOrthogonal();
     across_[1] = n_.cross(across_[0]);
     shaft_share_.assign(knots_.size(), 0.0);
+    for (std::size_t n = 0; needle_ && n < path_.intervals().size(); ++n) {
+      const PathInterval& interval = path_.intervals()[n];
+      if (!(interval.friction > 0.0 && interval.friction_travel > 0.0)) { continue; }
+      drags_.push_back({.interval = n,
+                        .law = {interval.friction_travel, interval.friction_exponent},
+                        .share = std::vector<double>(knots_.size(), 0.0)});
+    }
     if (!compliance_.value.empty()) {
       relaxation_.resize(path_.intervals().size());
       for (std::size_t n = 0; n < relaxation_.size(); ++n) {
@@ -146,8 +154,12 @@ template <class Real> class ToolContact : public ToolState {
     depth_ = cut_ = knots_.front().depth;
   }
 
-  /// Returns the kinetic energy and the energy of the tissue pressed by the tip [J].
-  [[nodiscard]] double stored_energy() const noexcept { return kinetic_energy() + pressed_; }
+  /// Returns the kinetic energy and the energy of the tissue that tip and shaft press and drag [J].
+  [[nodiscard]] double stored_energy() const noexcept {
+    double energy = kinetic_energy() + pressed_;
+    for (const ShaftDrag& one : drags_) { energy += one.law.energy(); }
+    return energy;
+  }
   /// Returns true under an applied force: the tool then has a coordinate, after those of the
   /// network.
   [[nodiscard]] bool is_coordinate() const { return tool_ >= 0; }
@@ -182,14 +194,12 @@ template <class Real> class ToolContact : public ToolState {
     const bool changed = !is_coordinate() && follow(t, h, state);
     if (predict && in_tissue()) {
       gather(state.position, state.velocity);
+      place_ = is_coordinate() ? static_cast<double>(state.position(tool_)) : place_begin_;
+      gap_begin_ = gap_at_cut();
       relax_to(theta * h);
       weigh();
       lag_ = Eigen::Vector2d(velocity_ - velocity_at(at_), slip_now()) / h;
-      if (softness_ > 0.0) {
-        place_ = is_coordinate() ? static_cast<double>(state.position(tool_)) : place_begin_;
-        lag_.x() = (lag_.x() + gap() / (theta * h * h)) / theta;
-        gap_begin_ = gap_at_cut();
-      }
+      if (softness_ > 0.0) { lag_.x() = (lag_.x() + gap() / (theta * h * h)) / theta; }
       predict_cutting();
     }
     return changed;
@@ -200,6 +210,7 @@ template <class Real> class ToolContact : public ToolState {
     place_tool(t, q, v);
     relax_to(t - step_begin_);
     weigh();
+    const double dragged = add_drag(t - step_begin_, f);
     for (Knot& knot : knots_) {
       Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
       for (const Support& s : supports_of(knot)) {
@@ -213,9 +224,9 @@ template <class Real> class ToolContact : public ToolState {
       sideways_ -= force;
     }
     const double pushed = is_coordinate() ? hand(t) : 0.0;
-    solve(is_coordinate() && !at_bone_ ? pushed / mass_ : 0.0);
+    solve(is_coordinate() && !at_bone_ ? (pushed - dragged) / mass_ : 0.0);
     push(tip_force_, shaft_force_, f);
-    const double tissue = tip_force_ + shaft_force_;
+    const double tissue = tip_force_ + shaft_force_ + dragged;
     bone_force_ = 0.0;
     if (is_coordinate()) {
       if (at_bone_) { bone_force_ = std::max(pushed - tissue, 0.0); }
@@ -225,7 +236,7 @@ template <class Real> class ToolContact : public ToolState {
     }
     const bool cuts = tip_ == TipMode::cutting;
     forces_.cutting = cuts ? tip_force_ : 0.0;
-    forces_.friction = shaft_force_;
+    forces_.friction = shaft_force_ + dragged;
     forces_.stiffness = (cuts ? 0.0 : tip_force_) + bone_force_;
     forces_.total = forces_.cutting + forces_.friction + forces_.stiffness;
     forces_.applied = is_coordinate() ? pushed : forces_.total;
@@ -239,6 +250,7 @@ template <class Real> class ToolContact : public ToolState {
   /// Changes product = A x of the unconstrained Jacobian to the product with the constrained
   /// Jacobian.
   void hold(const Vector<Real>& x, const Vector<Real>& mass, Vector<Real>& product) noexcept {
+    add_drag_jacobian(x, product);
     double tip = 0.0;
     double shaft = 0.0;
     for (std::size_t k = 0; k < knots_.size(); ++k) {
@@ -277,10 +289,10 @@ template <class Real> class ToolContact : public ToolState {
     std::vector<std::size_t> begin;
     for (const Knot& knot : knots_) { begin.push_back(knot.first); }
     begin.push_back(supports_.size());
-    held_.learn(supports_, begin, tool_, mass_, dof, solve);
+    held_.learn(supports_, begin, drags_.size(), tool_, mass_, dof, solve);
   }
-  /// Adds the constraint rows of hold(): tip, shaft, two directions across the needle for each
-  /// locked contact point, and a tool stopped by bone.
+  /// Adds the rows of hold(): tip, shaft, two directions across the needle for each locked contact
+  /// point, a tool stopped by bone, and creeping friction.
   void begin_linear_solve() noexcept {
     held_.clear();
     const double own = is_coordinate() && !at_bone_ ? 1.0 : 0.0;
@@ -301,6 +313,12 @@ template <class Real> class ToolContact : public ToolState {
       held_.add_row(k, 1, 0.0)[0] = across_[1];
     }
     if (is_coordinate() && at_bone_) { held_.add_row(0, 0, 1.0); }
+    for (const ShaftDrag& one : drags_) {
+      if (!(one.slope > 0.0)) { continue; }
+      const auto row =
+          held_.add_force_row(0, knots_.size(), own, 1.0 / (theta_ * step_length_ * one.slope));
+      for (std::size_t k = 0; k < knots_.size(); ++k) { row[k] = -one.share[k] * n_; }
+    }
     held_.factorise();
   }
   void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
@@ -324,6 +342,7 @@ template <class Real> class ToolContact : public ToolState {
   /// Updates the modes after a step that ended at t and removes the drift of sticking parts.
   void end_step(double t, State<Real>& state) noexcept {
     gather(state.position, state.velocity);
+    end_drag(state);
     lag_.setZero();
     const bool stuck = tip_ == TipMode::stuck;
     step_tip_change_ = stuck && stuck_before_ ? tip_force_ - step_tip_force_ : 0.0;
@@ -339,6 +358,7 @@ template <class Real> class ToolContact : public ToolState {
     account(t - step_begin_);
     meet_bone(t, state);
     change_modes(t, held);
+    reach_drag(depth_ - depth_begin_);
     remember_contact();
     if (in_tissue()) {
       match_positions(state);
@@ -346,12 +366,18 @@ template <class Real> class ToolContact : public ToolState {
     }
     // The work of the tip on the tissue at d, less the change of the energy stored there, is the
     // loss in cutting.
-    const double pressed = 0.5 * softness_ * pressing_force() * pressing_force();
+    const double pressed = pressed_energy();
     losses_.cutting += pressed_ - pressed;
     pressed_ = pressed;
     dissipated_power_begin_ = dissipated_power();
     depth_rate_ = depth_rate();
-    if (syringe_) { syringe_->advance(step_length_, in_tissue(), interval().role); }
+    if (syringe_) {
+      const bool at_rest = std::abs(velocity_) < resting;
+      syringe_->advance(
+          step_length_,
+          syringe_->resistance(in_tissue(), interval().role, interval().outflow_resistance),
+          syringe_->thumb_limit(forces_.total, at_rest));
+    }
   }
 
  private:
@@ -360,6 +386,8 @@ template <class Real> class ToolContact : public ToolState {
   static constexpr double independent = 1e-6;
   /// Velocity [m/s] below which a tip that presses with its cutting force does not cut.
   static constexpr double still = 1e-9;
+  /// Speed of a needle below which the thumb tests [m/s]: a tenth of a slow advance.
+  static constexpr double resting = 1e-4;
   /// Distance from the skin [m] at which the tip has left it. Smaller rebounds of a resting tip are
   /// not reported.
   static constexpr double clear_of_skin = 1e-6;
@@ -390,6 +418,86 @@ template <class Real> class ToolContact : public ToolState {
     bool shaft_held = false;
   };
 
+  /// Creeping friction of the shaft on one interval.
+  struct ShaftDrag {
+    std::size_t interval = 0;
+    CreepingFriction law{};
+    double force = 0.0;           ///< of the last apply() [N]
+    double slope = 0.0;           ///< of this force over the shaft's velocity [N s/m]
+    std::vector<double> share{};  ///< of the contact points
+  };
+
+  [[nodiscard]] double dragging_velocity(const ShaftDrag& one) const noexcept {
+    double velocity = velocity_;
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      velocity -= one.share[k] * knots_[k].velocity;
+    }
+    return velocity;
+  }
+  /// Adds creeping friction to the forces, `s` seconds after the begin of a step, and returns its
+  /// sum [N]. An implicit step has the force of its end.
+  double add_drag(double s, Vector<Real>& f) noexcept {
+    double sum = 0.0;
+    for (ShaftDrag& one : drags_) {
+      const auto [force, slope] =
+          one.law.after(predict_ ? step_length_ : s, dragging_velocity(one));
+      one.force = force;
+      one.slope = slope;
+      sum += force;
+      if (force == 0.0) { continue; }
+      for (std::size_t k = 0; k < knots_.size(); ++k) {
+        if (one.share[k] > 0.0) { add_force(knots_[k], one.share[k] * force * n_, f); }
+      }
+    }
+    return sum;
+  }
+  /// Adds the product with the Jacobian of creeping friction.
+  void add_drag_jacobian(const Vector<Real>& x, Vector<Real>& product) noexcept {
+    for (const ShaftDrag& one : drags_) {
+      if (!(one.slope > 0.0)) { continue; }
+      const bool moves = is_coordinate() && !at_bone_;
+      double along = moves ? static_cast<double>(x(tool_)) : 0.0;
+      for (std::size_t k = 0; k < knots_.size(); ++k) {
+        if (one.share[k] == 0.0) { continue; }
+        for (const Support& s : supports_of(knots_[k])) {
+          along -= one.share[k] * s.weight *
+                   n_.dot(at_node(x, s.coordinate, stride_).template cast<double>());
+        }
+      }
+      const double force = theta_ * step_length_ * one.slope * along;
+      if (moves) { product(tool_) += static_cast<Real>(force); }
+      for (std::size_t k = 0; k < knots_.size(); ++k) {
+        if (one.share[k] > 0.0) { add_force(knots_[k], -one.share[k] * force * n_, product); }
+      }
+    }
+  }
+  /// Takes the forces of creeping friction at the end of a step.
+  void end_drag(const State<Real>& state) noexcept {
+    if (drags_.empty()) { return; }
+    if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
+    for (ShaftDrag& one : drags_) {
+      if (!(one.law.limit > 0.0)) { continue; }
+      const double before = one.law.energy();
+      if (!predict_) { one.force = one.law.after(step_length_, dragging_velocity(one)).force; }
+      one.law.force = one.force;
+      losses_.friction +=
+          one.force * step_length_ * dragging_velocity(one) - (one.law.energy() - before);
+    }
+  }
+  /// Adapts creeping friction to the depth of the tip, which has gone `deeper` [m] at once.
+  void reach_drag(double deeper) noexcept {
+    for (ShaftDrag& one : drags_) {
+      const double limit = in_tissue() ? path_.friction(one.interval, depth_, one.share) : 0.0;
+      if (limit > 0.0) {
+        for (double& share : one.share) { share /= limit; }
+      } else {
+        std::ranges::fill(one.share, 0.0);
+      }
+      const double before = one.law.energy();
+      one.law.reach(limit, deeper);
+      losses_.friction -= one.law.energy() - before;
+    }
+  }
   /// Moves the face of a sliding probe to its centre at a time: new weights of its contact point.
   void slide(double t) noexcept {
     const Eigen::Vector2d centre = sliding_->centre(t);
@@ -478,14 +586,14 @@ template <class Real> class ToolContact : public ToolState {
     return between_knots(at, &Knot::velocity);
   }
   /// Returns the depth of the material at the tip. A tip that cuts presses the tissue before it
-  /// with the cutting force: d + U(d) + c_s(d) F_c = s. The first solution at or beyond the cut is
+  /// with the cutting force: d + U(d) + g(d, F_c) = s. The first solution at or beyond the cut is
   /// taken, at most the end of the interval. Returns a depth before the cut if there is none.
   [[nodiscard]] double depth_of_tip() const noexcept {
     if (tip_ != TipMode::cutting || compliance_.value.empty()) { return depth_at(place_); }
     const double force = cutting_force();
     const auto missing = [&](double depth) {  // distance that the tip still has to go
       return place_ - depth - between_knots(path_.place(depth), &Knot::displacement) -
-             compliance_.at(depth) * force;
+             dent_at(depth, force);
     };
     double low = cut_;
     double rest = missing(low);
@@ -500,6 +608,16 @@ template <class Real> class ToolContact : public ToolState {
       rest = next;
     }
     return border;
+  }
+  /// Returns the gap of the contact at a depth under a force on the tissue that the tip presses
+  /// [m].
+  [[nodiscard]] double dent_at(double depth, double force) const noexcept {
+    return compliance_.of_continuum.empty() ? compliance_.at(depth) * force
+                                            : law_at(depth).gap(force);
+  }
+  /// Returns the law of the contact at a depth, in the tissue that the tip presses.
+  [[nodiscard]] DentLaw law_at(double depth) const noexcept {
+    return compliance_.law(depth, path_.intervals()[path_.interval_at(cut_)].indentation_toe);
   }
   /// Returns the end of the piece of the path from `depth` on in which U and c_s are linear [m].
   [[nodiscard]] double end_of_piece(double depth) const noexcept {
@@ -519,14 +637,21 @@ template <class Real> class ToolContact : public ToolState {
   /// Returns the distance by which a tip with compliance presses further in an implicit step than
   /// with the force T [m]; its sign decides the mode.
   [[nodiscard]] double gap_beyond(double force) const noexcept {
-    return theta_ * gap_at_cut() + (1.0 - theta_) * gap_begin_ - compliance_.at(cut_) * force;
+    return theta_ * gap_at_cut() + (1.0 - theta_) * gap_begin_ - dent_at(cut_, force);
   }
   /// Returns T at the present positions [N]; zero for a sticking tip without compliance, which does
   /// no work relative to the tissue.
   [[nodiscard]] double pressing_force() const noexcept {
     if (tip_ == TipMode::cutting) { return cutting_force(); }
     if (tip_ != TipMode::stuck || softness_ == 0.0) { return 0.0; }
-    return std::clamp(gap() / softness_, 0.0, cutting_force());
+    return std::clamp(gap() / softness_, 0.0, strength());
+  }
+  /// Returns the energy of the tissue that the tip presses [J].
+  [[nodiscard]] double pressed_energy() const noexcept {
+    const double force = pressing_force();
+    if (compliance_.of_continuum.empty()) { return 0.5 * softness_ * force * force; }
+    const DentLaw law = law_at(depth_);
+    return law.toe > 0.0 ? law.energy(law.gap(force)) : 0.5 * softness_ * force * force;
   }
   /// Compliance of that tissue in an implicit step, as a mobility [1/kg].
   [[nodiscard]] double step_softness() const noexcept {
@@ -550,27 +675,33 @@ template <class Real> class ToolContact : public ToolState {
   void remember_contact() noexcept {
     if (!relaxes()) { return; }
     Relaxation<double>& relaxation = relaxation_[path_.interval_at(cut_)];
-    const double softness = compliance_.at(depth_);
     if (tip_ != TipMode::stuck) {
       const double force = pressing_force();
       relaxation.restart(&force);
       return;
     }
-    crept_ = 0.0;
-    const double elastic = std::max(0.0, gap() / softness);
+    const double elastic = std::max(0.0, law_at(depth_).force(gap_at_cut()));
     relaxation.at(step_length_);
     relaxation.remember(&elastic);
     soften();
   }
-  /// Computes the compliance at the current depth, and what relaxation makes of it.
+  /// Computes the compliance at the current depth, and what relaxation and a toe make of it: the
+  /// tangent at the current gap, in an implicit step at the gap before it.
   void soften() noexcept {
     softness_ = compliance_.at(depth_);
     crept_ = 0.0;
-    if (tip_ == TipMode::stuck && relaxes()) {
-      const Relaxed now = contact_relaxation().of(0);
+    const bool no_toe = compliance_.of_continuum.empty();
+    if (tip_ != TipMode::stuck || (no_toe && !relaxes())) { return; }
+    const Relaxed now = relaxes() ? contact_relaxation().of(0) : Relaxed{};
+    const DentLaw law = law_at(depth_);
+    if (law.toe == 0.0) {
       softness_ /= now.share;
       crept_ = softness_ * now.held;
+      return;
     }
+    const double gap = predict_ ? gap_begin_ : gap_at_cut();
+    softness_ = 1.0 / (now.share * law.slope(gap));
+    crept_ = gap - softness_ * (now.share * law.force(gap) - now.held);
   }
   /// Computes shares and Gram entries at the current depth.
   void weigh() noexcept {
@@ -628,7 +759,7 @@ template <class Real> class ToolContact : public ToolState {
   /// Implicit steps take the needed force, so that Newton's method has a fixed set of constraints;
   /// update_active_set() checks the law at the end of the step.
   void take_tip(double needed) noexcept {
-    const double within = std::clamp(needed, 0.0, cutting_force());
+    const double within = std::clamp(needed, 0.0, strength());
     contact_.tip_held = predict_ || within == needed;
     tip_force_ = contact_.tip_held ? needed : within;
   }
@@ -794,7 +925,8 @@ template <class Real> class ToolContact : public ToolState {
     double stretch = 1.0 + (high.displacement - low.displacement) / (high.depth - low.depth);
     const double ahead = compliance_.next(depth_);
     if (tip_ == TipMode::cutting && std::isfinite(ahead)) {
-      stretch += cutting_force() * (compliance_.at(ahead) - softness_) / (ahead - depth_);
+      const double force = cutting_force();
+      stretch += (dent_at(ahead, force) - dent_at(depth_, force)) / (ahead - depth_);
     }
     return stretch > 0.0 ? (velocity_ - velocity_at(at_)) / stretch : 0.0;
   }
@@ -841,7 +973,7 @@ template <class Real> class ToolContact : public ToolState {
     const double rate = velocity_ - velocity_at(at_);
     const bool rests = softness_ > 0.0 && tip_force_ > 0.0 && !(rate > still);
     if (contact_.tip_held || rests || (contact_.tip_tip <= 0.0 && velocity_ == 0.0)) { return; }
-    if (tip_force_ > 0.0 || (cutting_force() == 0.0 && velocity_ > velocity_at(at_))) {
+    if (tip_force_ > 0.0 || (strength() == 0.0 && velocity_ > velocity_at(at_))) {
       tip_ = TipMode::cutting;
       enter(path_.interval_at(cut_), t);
       if (softness_ > 0.0) { change_cutting(depth_of_tip(), t); }
@@ -864,7 +996,7 @@ template <class Real> class ToolContact : public ToolState {
       return;
     }
     const auto& intervals = path_.intervals();
-    if (intervals[after].cutting_force > intervals[before].cutting_force) {
+    if (strength() > intervals[before].cutting_force) {
       tip_ = TipMode::stuck;
       if (after > before + 1) { enter(after - 1, t); }
     } else {
@@ -911,7 +1043,7 @@ template <class Real> class ToolContact : public ToolState {
     const double response =
         held_.response_at(at_.knot, at_.share, n_) + tool_mobility() + step_softness();
     const double more = stuck_before_ ? step_tip_change_ : stopped_ / (step_length_ * response);
-    if (step_tip_force_ + more > cutting_force()) { tip_ = TipMode::cutting; }
+    if (step_tip_force_ + more > strength()) { tip_ = TipMode::cutting; }
   }
   /// Updates the constraint of the tip; `rate` is its velocity relative to the tissue at the end of
   /// the step [m/s].
@@ -921,7 +1053,7 @@ template <class Real> class ToolContact : public ToolState {
       case TipMode::outside: break;
       case TipMode::stuck:
         if (!contact_.tip_held) { break; }
-        if (tip_force_ > cutting_force() + slack.tip) { tip_ = TipMode::cutting; }
+        if (tip_force_ > strength() + slack.tip) { tip_ = TipMode::cutting; }
         if (tip_force_ < -slack.tip) { tip_ = TipMode::in_track; }
         break;
       case TipMode::cutting:
@@ -1010,6 +1142,13 @@ template <class Real> class ToolContact : public ToolState {
   [[nodiscard]] double cutting_force() const noexcept {
     return path_.intervals()[path_.interval_at(cut_)].cutting_force;
   }
+  /// Force at which a sticking tip begins to cut: F_p in an interval that it has not cut before,
+  /// F_c at the end of its own track.
+  [[nodiscard]] double strength() const noexcept {
+    const std::size_t here = path_.interval_at(cut_);
+    const PathInterval& interval = path_.intervals()[here];
+    return entered_ && here <= deepest_ ? interval.cutting_force : interval.puncture_force;
+  }
   [[nodiscard]] double tool_mobility() const noexcept {
     return is_coordinate() && !at_bone_ ? 1.0 / mass_ : 0.0;
   }
@@ -1036,6 +1175,7 @@ template <class Real> class ToolContact : public ToolState {
   std::vector<double> share_;          ///< of the columns in the force of a sliding probe
   ConstraintCompliance<Real> held_{};  ///< used by implicit schemes only
   std::vector<double> shaft_share_;    ///< l_k / L
+  std::vector<ShaftDrag> drags_{};     ///< intervals with creeping friction
   double limit_ = 0.0;                 ///< L [N]
   NeedlePath::Place at_{};             ///< position of the tip between the contact points
   Contact contact_{};

@@ -542,7 +542,60 @@ double bone_depth(const std::vector<PathInterval>& tissue) {
   return bone == tissue.end() ? std::numeric_limits<double>::infinity() : bone->begin;
 }
 
-double TipCompliance::at(double place) const noexcept {
+double DentLaw::dent(double gap) const noexcept {
+  const double grid = 1.0 - compliance / continuum;
+  const double a = grid * (1.0 - slope_at_rest) / (2.0 * toe);
+  const double b = 1.0 - grid * slope_at_rest;
+  const double end = toe * (b - a * toe);
+  if (gap >= end) { return toe + (gap - end) / (1.0 - grid); }
+  return 2.0 * gap / (b + std::sqrt(b * b - 4.0 * a * gap));
+}
+
+double DentLaw::at_dent(double dent) const noexcept {
+  if (dent >= toe) { return (dent - 0.5 * (1.0 - slope_at_rest) * toe) / continuum; }
+  return dent * (slope_at_rest + 0.5 * (1.0 - slope_at_rest) * dent / toe) / continuum;
+}
+
+double DentLaw::force(double gap) const noexcept {
+  if (toe == 0.0) { return gap / compliance; }
+  return gap > 0.0 ? at_dent(dent(gap)) : gap * slope(0.0);
+}
+
+double DentLaw::slope(double gap) const noexcept {
+  if (toe == 0.0) { return 1.0 / compliance; }
+  const double share = std::min(dent(std::max(gap, 0.0)) / toe, 1.0);
+  const double of_dent = (slope_at_rest + (1.0 - slope_at_rest) * share) / continuum;
+  return of_dent / (1.0 - of_dent * (continuum - compliance));
+}
+
+double DentLaw::gap(double force) const noexcept {
+  if (toe == 0.0) { return compliance * force; }
+  const double flat = continuum * force;  // dent of a flat punch
+  const double straight = flat - 0.5 * (1.0 + slope_at_rest) * toe;
+  const double dent =
+      straight > 0.0 ? toe + straight
+                     : 2.0 * flat /
+                           (slope_at_rest + std::sqrt(slope_at_rest * slope_at_rest +
+                                                      2.0 * (1.0 - slope_at_rest) * flat / toe));
+  return dent - (continuum - compliance) * force;
+}
+
+double DentLaw::energy(double gap) const noexcept {
+  const double tip = force(gap);
+  if (toe == 0.0) { return 0.5 * compliance * tip * tip; }
+  const double all = dent(std::max(gap, 0.0));
+  const double bent = std::min(all, toe);
+  const double straight = all - bent;
+  const double work =
+      bent * bent * (0.5 * slope_at_rest + (1.0 - slope_at_rest) * bent / (6.0 * toe)) / continuum +
+      straight * (at_dent(toe) + 0.5 * straight / continuum);
+  return work - 0.5 * (continuum - compliance) * tip * tip;
+}
+
+namespace {
+
+/// Returns the value of a table at a place: linear between depths, constant beyond.
+double between(const std::vector<double>& depth, const std::vector<double>& value, double place) {
   if (value.empty()) { return 0.0; }
   const auto high =
       static_cast<std::size_t>(std::ranges::upper_bound(depth, place) - depth.begin());
@@ -550,6 +603,15 @@ double TipCompliance::at(double place) const noexcept {
   if (high == value.size()) { return value.back(); }
   const double share = (place - depth[high - 1]) / (depth[high] - depth[high - 1]);
   return value[high - 1] + share * (value[high] - value[high - 1]);
+}
+
+}  // namespace
+
+double TipCompliance::at(double place) const noexcept { return between(depth, value, place); }
+
+DentLaw TipCompliance::law(double place, double toe) const noexcept {
+  if (value.empty()) { return {}; }
+  return {at(place), toe > 0.0 ? between(depth, of_continuum, place) : 0.0, toe};
 }
 
 double TipCompliance::next(double place) const noexcept {
@@ -618,18 +680,24 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
       tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0);
     }
   }
-  // The contact of a sliding face is never rigid: the tissue at its edge enters at once.
-  if (!(std::ranges::max(tip.value) > negligible) && !sliding_face_) {
+  // The contact of a sliding face is never rigid, because the tissue at its edge enters at once,
+  // nor is one with a toe.
+  const bool toe = std::ranges::any_of(
+      intervals_, [](const PathInterval& part) { return part.indentation_toe > 0.0; });
+  if (!(std::ranges::max(tip.value) > negligible) && !sliding_face_ && !toe) {
     tip.depth.clear();
     tip.value.clear();
     return tip;
   }
-  double least = sliding_face_ ? negligible : std::numeric_limits<double>::infinity();
+  double least = sliding_face_ || toe ? negligible : std::numeric_limits<double>::infinity();
   for (const double value : tip.value) {
     if (value > 0.0) { least = std::min(least, value); }
   }
   least = std::max(least, negligible);
   for (double& value : tip.value) { value = std::max(value, least); }
+  for (std::size_t n = 0; toe && n < depths.size(); ++n) {
+    tip.of_continuum.push_back(std::max(continuum[n], tip.value[n]));
+  }
   return tip;
 }
 

@@ -157,15 +157,22 @@ std::vector<PathInterval> ground(const Scene& scene, const Eigen::Vector3d& orig
 
 PathInterval interval_in(const Material& material, std::string label, double begin, double end) {
   const TissueRole role = role_of(material);
-  return {.begin = begin,
-          .end = end,
-          .cutting_force = role == TissueRole::bone ? infinity : material.cutting_force,
-          .friction = material.friction,
-          .role = role,
-          .label = std::move(label),
-          .youngs_modulus = material.youngs_modulus,
-          .poissons_ratio = material.poissons_ratio,
-          .law = law_of(material)};
+  const bool bone = role == TissueRole::bone;
+  return {
+      .begin = begin,
+      .end = end,
+      .puncture_force = bone ? infinity : material.puncture_force.value_or(material.cutting_force),
+      .cutting_force = bone ? infinity : material.cutting_force,
+      .indentation_toe = material.indentation_toe,
+      .friction = material.friction,
+      .friction_travel = material.friction_travel,
+      .friction_exponent = material.friction_exponent,
+      .outflow_resistance = material.outflow_resistance,
+      .role = role,
+      .label = std::move(label),
+      .youngs_modulus = material.youngs_modulus,
+      .poissons_ratio = material.poissons_ratio,
+      .law = law_of(material)};
 }
 
 std::vector<PathInterval> intervals_along(const Scene& scene, const Eigen::Vector3d& origin,
@@ -275,10 +282,12 @@ void NeedlePath::network_knots(const SpringNetwork& network) {
 
 void NeedlePath::cut_into_pieces() {
   for (std::size_t k = 0; k + 1 < knots_.size(); ++k) {
-    for (const PathInterval& interval : intervals_) {
-      const double begin = std::max(knots_[k].depth, interval.begin);
-      const double end = std::min(knots_[k + 1].depth, interval.end);
-      if (end > begin) { pieces_.push_back({begin, end, interval.friction, k}); }
+    for (std::size_t n = 0; n < intervals_.size(); ++n) {
+      const double begin = std::max(knots_[k].depth, intervals_[n].begin);
+      const double end = std::min(knots_[k + 1].depth, intervals_[n].end);
+      if (!(end > begin)) { continue; }
+      std::vector<Piece>& pieces = intervals_[n].friction_travel > 0.0 ? dragged_ : pieces_;
+      pieces.push_back({begin, end, intervals_[n].friction, k, n});
     }
   }
   bone_ = bone_depth(intervals_);
@@ -428,6 +437,7 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
   }
   if (slides) { sliding_face_ = std::move(face); }
   intervals_ = {{.begin = knots_.front().depth,
+                 .puncture_force = infinity,
                  .cutting_force = infinity,
                  .label = beneath_.front().label,
                  .law = beneath_.front().law}};
@@ -451,11 +461,13 @@ std::size_t NeedlePath::interval_at(double depth) const noexcept {
   return n;
 }
 
-double NeedlePath::friction(double depth, std::span<double> of_knot) const noexcept {
+double NeedlePath::sum_friction(std::span<const Piece> pieces, std::optional<std::size_t> interval,
+                                double depth, std::span<double> of_knot) const noexcept {
   std::ranges::fill(of_knot, 0.0);
   double total = 0.0;
-  for (const Piece& piece : pieces_) {
+  for (const Piece& piece : pieces) {
     if (piece.begin >= depth) { break; }
+    if (interval && piece.interval != *interval) { continue; }
     const double end = std::min(piece.end, depth);
     const double force = piece.friction * (end - piece.begin);
     const Knot& low = knots_[piece.knot];
@@ -466,6 +478,15 @@ double NeedlePath::friction(double depth, std::span<double> of_knot) const noexc
     total += force;
   }
   return total;
+}
+
+double NeedlePath::friction(double depth, std::span<double> of_knot) const noexcept {
+  return sum_friction(pieces_, {}, depth, of_knot);
+}
+
+double NeedlePath::friction(std::size_t interval, double depth,
+                            std::span<double> of_knot) const noexcept {
+  return sum_friction(dragged_, interval, depth, of_knot);
 }
 
 }  // namespace palpate

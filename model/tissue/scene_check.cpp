@@ -301,6 +301,10 @@ void check_company(const Scene& scene, Rules& rules) {
              "given without drive.kind = \"falcon\"; must be left out, or that be given");
   rules.must(!scene.syringe || scene.needle, "syringe",
              "given without [needle]; must be left out, or [needle] added");
+  const Syringe syringe = scene.syringe.value_or(Syringe{});
+  rules.must(syringe.hand_share == 0.0 || syringe.thumb == Syringe::Thumb::drives,
+             "syringe.hand_share",
+             number_in_words(syringe.hand_share) + "; must be left out without thumb = \"drives\"");
 }
 
 /// Returns true if the needle is in a tissue without cutting forces and friction of its own, so
@@ -390,6 +394,14 @@ class Checker : private Rules {
         must(law.stiffens(), key(exponential ? "rate" : "quadratic"),
              exponential ? "0; must be > 0" : "0, as is cubic; one of them must be > 0");
       }
+      const double puncture = material.puncture_force.value_or(material.cutting_force);
+      must(puncture >= material.cutting_force, at("material", n, "puncture_force"),
+           number_in_words(puncture) + " N; at least the cutting_force of " +
+               number_in_words(material.cutting_force) + " N, which the crack needs to grow");
+      must(material.friction_exponent == 0.0 || material.friction_travel > 0.0,
+           at("material", n, "friction_exponent"),
+           number_in_words(material.friction_exponent) +
+               "; must be left out, or friction_travel added");
       must(material.relaxation.size() <= most_branches, at("material", n, "relaxation"),
            std::to_string(material.relaxation.size()) + " branches; at most " +
                std::to_string(most_branches));

@@ -4,12 +4,18 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
+#include <fcntl.h>
 #include <fstream>
+#include <sys/file.h>
 #include <system_error>
 #include <thread>
+#include <unistd.h>
 
 #include "palpate_version.hpp"
 
@@ -21,12 +27,44 @@ namespace palpate::cli {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Locks a folder until the process ends. Returns false if another process holds the lock.
+bool lock_until_end(const fs::path& folder) {
+  const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) {
+    throw InputError(folder.string() + ": cannot be opened: " + std::strerror(errno) +
+                     "; a folder that can be read");
+  }
+  const bool held = flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  if (held) { close(descriptor); }
+  return !held;  // also on a file system without locks
+}
+
+}  // namespace
+
+void lock_folder(const fs::path& folder) {
+  constexpr int tries_a_second = 50;
+  for (int tries = 0; !lock_until_end(folder); ++tries) {
+    if (interrupted) { throw io::ReadInterrupted(); }
+    if (tries == tries_a_second) {
+      std::fprintf(stderr, "palpate: waiting for another palpate that writes to %s\n",
+                   folder.string().c_str());
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1000 / tries_a_second));
+  }
+}
+
 fs::path CommonOptions::make_folder() const {
   const fs::path folder = out.empty() ? fs::path("palpate-out") / name : out;
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
+  }
+  if (!lock_until_end(folder)) {
+    throw InputError(folder.string() +
+                     ": another palpate writes to it; wait until it ends, or use another --out");
   }
   return folder;
 }
@@ -138,8 +176,8 @@ std::string version_text() {
 }
 
 std::string reproducible(const CLI::App& command) {
-  constexpr std::array<std::string_view, 6> without_effect{"--out",   "--quiet", "--jobs",
-                                                           "--cache", "--data",  "--history"};
+  constexpr std::array<std::string_view, 7> without_effect{
+      "--out", "--quiet", "--jobs", "--cache", "--data", "--history", "--slack"};
   const CLI::App* parent = command.get_parent();
   const bool nested = parent != nullptr && parent->get_parent() != nullptr;
   std::string text = "palpate " + (nested ? parent->get_name() + " " : "") + command.get_name();

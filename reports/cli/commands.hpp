@@ -39,9 +39,15 @@ struct CommonOptions {
   std::vector<std::string> overrides{};  ///< --set dotted.key=value
   bool quiet = false;
 
-  /// Creates the output folder if it does not exist, and returns it. Throws InputError.
+  /// Creates the output folder if it does not exist, locks it against other processes of this
+  /// program until this one ends, and returns it. Throws InputError, also if it is locked.
   [[nodiscard]] std::filesystem::path make_folder() const;
 };
+
+/// Waits until no other process of this program has locked a folder, and locks it until this
+/// process ends. Throws InputError if it is not a folder that can be read. Does nothing on file
+/// systems without locks.
+void lock_folder(const std::filesystem::path& folder);
 
 /// Set by SIGINT and SIGTERM after catch_interrupts(). A command that calls it must check the flag
 /// and return with the results so far. A second signal terminates the program at once.

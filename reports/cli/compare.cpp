@@ -26,7 +26,7 @@ struct CompareOptions : CommonOptions {
   std::vector<std::filesystem::path> recordings{};  ///< recording files, or folders of files
   std::filesystem::path scene{}, trace{};
   std::filesystem::path results{};  ///< validation results for the credibility table
-  std::string quantity = "pressure";
+  std::string quantity = "automatic";
   std::string alignment = "automatic";
   double cutoff = 20.0;                   ///< cut-off frequency [Hz]; 0: no filter
   std::vector<std::string> tolerances{};  ///< syntax of tolerance_from()
@@ -38,8 +38,8 @@ struct CompareOptions : CommonOptions {
 /// End of the message "FILE: no column ...".
 std::string needed(const std::string& column) {
   return column +
-         "; needed for what is compared (--quantity pressure: a [syringe]; force: a needle or "
-         "probe)";
+         "; needed for what is compared (--quantity pressure: a [syringe]; force or insertion: a "
+         "needle or probe)";
 }
 
 /// Returns true `rest` after a loss of resistance, or at the end of the duration without one.
@@ -115,7 +115,27 @@ Value value_named(const std::string& option, const std::string& text,
   throw InputError(option + " " + text + "; must be one of " + known);
 }
 
-GroupOptions group_options(const CompareOptions& asked) {
+/// Returns the quantity that the user asks for. Without a request: insertion if no recording has a
+/// pressure, else pressure. Throws InputError if only some have one.
+QuantityKind quantity_of(const CompareOptions& asked,
+                         const std::vector<RecordingFile>& recordings) {
+  using enum QuantityKind;
+  if (asked.quantity != "automatic") {
+    return value_named("--quantity", asked.quantity, std::array{pressure, force, insertion});
+  }
+  const auto by_force = std::ranges::count_if(
+      recordings, [](const RecordingFile& one) { return one.input.recording.pressure.empty(); });
+  if (by_force > 0 && by_force < std::ssize(recordings)) {
+    throw InputError("compare: " + std::to_string(by_force) + " of " +
+                     std::to_string(recordings.size()) +
+                     " recordings have no pressure; --quantity pressure, force or insertion must "
+                     "say what is compared");
+  }
+  return by_force > 0 ? insertion : pressure;
+}
+
+GroupOptions group_options(const CompareOptions& asked,
+                           const std::vector<RecordingFile>& recordings) {
   constexpr double least_cutoff = 1.0;  // [Hz]: three periods are added at either end of a trace
   if (!(asked.cutoff == 0.0 || asked.cutoff >= least_cutoff)) {
     throw InputError("--cutoff " + plain_number(asked.cutoff) +
@@ -123,11 +143,11 @@ GroupOptions group_options(const CompareOptions& asked) {
   }
   GroupOptions options;
   ComparisonOptions& o = options.comparison;
-  o.quantity = value_named("--quantity", asked.quantity,
-                           std::array{QuantityKind::pressure, QuantityKind::force});
-  o.alignment = value_named("--align", asked.alignment,
-                            std::array{AlignmentRule::automatic, AlignmentRule::depth,
-                                       AlignmentRule::event, AlignmentRule::start});
+  o.quantity = quantity_of(asked, recordings);
+  using enum AlignmentRule;
+  o.alignment =
+      value_named("--align", asked.alignment,
+                  std::array{automatic, AlignmentRule::depth, event, start, contact, clock});
   o.column = column_of(o);
   o.cutoff = asked.cutoff;
   o.uncertainties.numerical = asked.numerical_uncertainty;
@@ -184,9 +204,10 @@ int run_compare(const CompareOptions& options) {
   if (!options.trace.empty() && !options.overrides.empty()) {
     throw InputError("compare: --set overrides keys of a scene; --trace has none");
   }
-  ComparisonReport report{.options = group_options(options), .command = options.command};
-  const std::string& column = report.options.comparison.column;
+  ComparisonReport report{.command = options.command};
   report.recordings = read_recordings(options.recordings);
+  report.options = group_options(options, report.recordings);
+  const std::string& column = report.options.comparison.column;
   std::vector<Outcome> validated;
   if (!options.results.empty()) { validated = read_results_folder(options.results).outcomes; }
   std::optional<LoadedScene> scene;
@@ -243,10 +264,13 @@ void add_compare(Program& program) {
   add_value(command, "--scene", options.scene, "SCENE", "scene to simulate");
   add_value(command, "--trace", options.trace, "TRACE", "trace.h5 or trace.csv of an earlier run");
   add_overrides(command, options);
-  command.add_option("--quantity", options.quantity, "pressure or force [pressure]");
+  command.add_option("--quantity", options.quantity,
+                     "pressure, force, or insertion: force with the features of puncture, hold and "
+                     "withdrawal [pressure; of recordings with force alone, insertion]");
   command.add_option("--align", options.alignment,
-                     "alignment of the clocks: automatic (depth, else event, else start), depth, "
-                     "event or start [automatic]");
+                     "alignment of the clocks: automatic (depth, else event, else start; of an "
+                     "insertion, contact), depth, event, start, contact, or clock (not shifted) "
+                     "[automatic]");
   add_value(command, "--cutoff", options.cutoff, "HZ",
             "cut-off of the low-pass filter, from 1 to a quarter of a sample rate; 0: no filter, "
             "and noise is not estimated [20]")
@@ -266,6 +290,8 @@ void add_compare(Program& program) {
   command.footer(
       "One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
       tolerance_help(comparison::QuantityKind::pressure) +
+      "of an insertion with fewer than three recordings (else twice their standard deviation):\n" +
+      tolerance_help(comparison::QuantityKind::insertion) +
       "A width is a share (15%), a number with its unit (7mmHg), their sum (30%+5mmHg/s)\n"
       "or a factor (x2). Writes comparison.json and report.html, and with --scene trace.h5;\n"
       "docs/comparison.md describes the criteria. Exit codes: 0 agrees, 1 differs, is not "

@@ -3,13 +3,17 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <sstream>
 
+#include "fixtures/io/child_read.hpp"
 #include "fixtures/io/file_bytes.hpp"
+#include "model/kernels/instruction_set.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/gate_report.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
+#include "reports/timing/child_process.hpp"
 #include "validation/gate/baseline.hpp"
 
 namespace palpate::cli {
@@ -25,6 +29,8 @@ struct GateOptions : CommonOptions {
 struct ApproveOptions : GateOptions {
   std::string reason{};
   std::vector<std::filesystem::path> spreads{};  ///< results of other builds or orders
+  std::vector<std::string> failing{};            ///< cases or groups that are accepted nevertheless
+  bool no_variants = false;
 };
 
 /// Reads a results folder of validate or bench, or the folder of a run. Throws InputError.
@@ -36,10 +42,11 @@ Results read_judged(const std::filesystem::path& folder) {
   return is_run_folder(folder) ? read_run_folder(folder) : read_results_folder(folder);
 }
 
-/// Names of the cases that the patterns select, by the rule of `validate`; empty without patterns.
-/// Throws InputError for a pattern that selects nothing.
+/// Names of the cases that the patterns of an option select, by the rule of `validate`; empty
+/// without patterns. Throws InputError for a pattern that selects nothing.
 std::vector<std::string> names_of(const std::vector<std::string>& patterns,
-                                  const std::vector<std::string>& names) {
+                                  const std::vector<std::string>& names,
+                                  const std::string& option = "--case") {
   std::vector<std::string> selected;
   for (const std::string& pattern : patterns) {
     const auto before = selected.size();
@@ -50,7 +57,7 @@ std::vector<std::string> names_of(const std::vector<std::string>& patterns,
       }
     }
     if (selected.size() == before) {
-      throw InputError("--case " + pattern +
+      throw InputError(option + " " + pattern +
                        ": selects nothing; a case or a group of the results or the baseline");
     }
   }
@@ -106,39 +113,133 @@ int run_gate(const GateOptions& options) {
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) {
-    std::printf("%s%s\n%s; %s\n", changes_text(report.result).c_str(),
+    std::printf("%s%s\n%s; %s\n%s\n", changes_text(report.result).c_str(),
                 verdict_text(report.result).c_str(), verdict_sentence(report.result).c_str(),
-                (folder / "report.html").string().c_str());
+                (folder / "report.html").string().c_str(), builds_text(report).c_str());
   }
   return report.result.holds() ? done : fell_short;
 }
 
-std::vector<std::vector<Outcome>> read_variants(const std::vector<std::filesystem::path>& folders) {
+// Rounding of a run, measured by running its scene again.
+
+/// Throws InputError unless this program made the run, from the scene as it is now.
+void check_repeatable(const ApproveOptions& options, const Results& results,
+                      const std::map<std::string, std::string>& inputs) {
+  constexpr std::size_t most_bytes = 1U << 26U;
+  constexpr const char* remedy = "; run it again, or give --spread or --no-variants";
+  const std::string about = options.results.string() +
+                            ": the effect of rounding is measured by "
+                            "running the scene again, but ";
+  const std::map<std::string, std::string> own = build_provenance();
+  for (const char* key : {"commit", "compiler", "flags"}) {
+    const std::string made_by = entry(results.provenance, key);
+    if (made_by == own.at(key)) { continue; }
+    throw InputError(about + "the run is of another program: " + key + " " + made_by +
+                     ", this is " + own.at(key) + remedy);
+  }
+  const std::string file = entry(inputs, "scene_file");
+  if (!std::filesystem::exists(file) || io::read_text(file, most_bytes) != entry(inputs, "scene")) {
+    throw InputError(about + "its scene " + file + " is gone or changed" + remedy);
+  }
+}
+
+/// Runs the scene of a run folder with the other instruction sets of this machine and with the C
+/// library's functions for older processors.
+std::vector<std::vector<Outcome>> run_variants(const ApproveOptions& options,
+                                               const Results& results) {
+  const std::map<std::string, std::string> inputs = inputs_of_run(options.results);
+  check_repeatable(options, results, inputs);
+  std::vector<std::string> environments{
+      "GLIBC_TUNABLES=glibc.cpu.hwcaps=-AVX2,-FMA,-AVX2_Usable,-FMA_Usable",
+      "PALPATE_INSTRUCTIONS=baseline"};
+  if (has_avx2()) { environments.emplace_back("PALPATE_INSTRUCTIONS=avx2"); }
+  if (has_avx512()) { environments.emplace_back("PALPATE_INSTRUCTIONS=avx512"); }
   std::vector<std::vector<Outcome>> variants;
-  for (const std::filesystem::path& folder : folders) {
-    variants.push_back(read_judged(folder).outcomes);
+  for (const std::string& environment : environments) {
+    const io::ScratchFolder scratch;
+    std::vector<std::string> words{timing::find_program("env").string(),
+                                   environment,
+                                   timing::own_program().string(),
+                                   "run",
+                                   entry(inputs, "scene_file"),
+                                   "--quiet",
+                                   "--no-view",
+                                   "--out",
+                                   scratch.path().string()};
+    std::istringstream overrides(entry(inputs, "overrides"));
+    for (std::string line; std::getline(overrides, line);) {
+      words.insert(words.end(), {"--set", line});
+    }
+    if (const std::string script = entry(inputs, "script"); !script.empty()) {
+      words.insert(words.end(), {"--script", script});
+    }
+    if (!options.quiet) {
+      std::printf("run again with %s\n", environment.c_str());
+      std::fflush(stdout);
+    }
+    const timing::ChildEnd end = timing::run_child(words, &interrupted);
+    if (end.stopped) { throw io::ReadInterrupted(); }
+    if (end.status != done) {
+      throw InputError(options.results.string() + ": its scene with " + environment + ": " +
+                       end.last_words() + "; a run that ends well in each variant");
+    }
+    variants.push_back(read_run_folder(scratch.path()).outcomes);
   }
   return variants;
 }
 
+/// Returns results that differ from these by rounding alone; none if they are not to be measured.
+std::vector<std::vector<Outcome>> variants_of(const ApproveOptions& options,
+                                              const Results& results) {
+  std::vector<std::vector<Outcome>> variants;
+  for (const std::filesystem::path& folder : options.spreads) {
+    variants.push_back(read_judged(folder).outcomes);
+  }
+  const bool measured = variants.empty() && !options.no_variants &&
+                        is_run_folder(options.results) &&
+                        simulator_in(results.provenance) == "palpate" &&
+                        results.outcomes.front().status == Status::pass;
+  return measured ? run_variants(options, results) : variants;
+}
+
+/// Creates the folder of the baseline if it does not exist, and locks it.
+void lock_baseline(const std::filesystem::path& baseline) {
+  const std::filesystem::path folder =
+      baseline.has_parent_path() ? baseline.parent_path() : std::filesystem::path(".");
+  std::error_code problem;
+  std::filesystem::create_directories(folder, problem);
+  if (problem) { throw InputError(folder.string() + ": " + problem.message() + "; a folder"); }
+  lock_folder(folder);
+}
+
 int run_approve(const ApproveOptions& options) {
+  catch_interrupts();
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
     throw InputError("--reason: is empty; the reason of the change is recorded in the ledger");
   }
   const Results results = read_judged(options.results);
+  const gate::Acceptance acceptance{
+      .command = results.command,
+      .provenance = results.provenance,
+      .date = build_provenance().at("date"),
+      .reason = options.reason,
+      .outcomes = results.outcomes,
+      .only = names_of(options.cases, names_in(results)),
+      .failing = names_of(options.failing, names_in(results), "--accept-failing"),
+      .variants = variants_of(options, results)};
+  lock_baseline(options.baseline);
   const bool exists = std::filesystem::exists(options.baseline);
   const gate::Baseline old = exists ? read_baseline(options.baseline) : gate::Baseline{};
   check_simulator(options, results, old);
-  const gate::Acceptance acceptance{.command = results.command,
-                                    .provenance = results.provenance,
-                                    .date = build_provenance().at("date"),
-                                    .reason = options.reason,
-                                    .outcomes = results.outcomes,
-                                    .only = names_of(options.cases, names_in(results)),
-                                    .variants = read_variants(options.spreads)};
   const gate::Baseline updated = gate::accept(old, acceptance);
   for (const std::string& line : gate::described_changes(old, updated)) {
-    if (!options.quiet) { std::printf("%s\n", line.c_str()); }
+    if (!options.quiet) { std::printf("%s\n", io::printable(line).c_str()); }
+  }
+  if (const std::string commit = entry(results.provenance, "commit"); gate::is_dirty(commit)) {
+    std::fprintf(stderr,
+                 "palpate: warning: made by %s, a build with uncommitted changes, which cannot be "
+                 "repeated\n",
+                 io::printable(commit).c_str());
   }
   write_baseline(options.baseline, updated);
   if (!options.quiet) {
@@ -180,10 +281,15 @@ void add_approve(Program& program) {
       ->required();
   add_value(command, "--spread", options.spreads, "RESULTS",
             "results of the same cases by another build or order of summation, to measure the "
-            "effect of rounding; repeatable");
+            "effect of rounding; repeatable [a run is run again with other instruction sets]");
+  add_value(command, "--accept-failing", options.failing, "NAME",
+            "accept this case or group although it fails; repeatable");
+  command.add_flag("--no-variants", options.no_variants,
+                   "do not run the scene of a run again to measure the effect of rounding");
   command.footer(
       "Prints the old value, the new value and the bound of every change, then writes FILE\nand "
-      "its curves. Results that ended in an error or are not finite are refused. docs/gate.md has "
+      "its curves. Results that ended in an error, are not finite or fail are refused. "
+      "docs/gate.md has "
       "more.");
 }
 

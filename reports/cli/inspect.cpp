@@ -89,7 +89,8 @@ std::string drive_in_words(const Drive& drive) {
 
 Json interval_json(const PathInterval& interval) {
   return object("label", interval.label, "begin_m", interval.begin, "end_m",
-                finite_or_null(interval.end), "cutting_force_n",
+                finite_or_null(interval.end), "puncture_force_n",
+                finite_or_null(interval.puncture_force), "cutting_force_n",
                 finite_or_null(interval.cutting_force), "friction_n_per_m", interval.friction,
                 "role", scene_word(interval.role));
 }

@@ -10,6 +10,7 @@
 
 #include "device/falcon/emulator.hpp"
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scene_folder.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/problem/needle_path.hpp"
@@ -713,6 +714,24 @@ void write_packets(const std::filesystem::path& folder,
   }
 }
 
+/// Provenance in trace.h5: that of the page, and what `approve` needs to run the scene again.
+std::map<std::string, std::string> provenance_with_inputs(
+    const RunOptions& options, const LoadedScene& loaded,
+    std::map<std::string, std::string> provenance) {
+  namespace fs = std::filesystem;
+  constexpr std::size_t most_bytes = std::size_t{1} << 32;
+  provenance["scene_file"] = fs::absolute(options.scene).string();
+  if (!options.script.empty()) { provenance["script"] = fs::absolute(options.script).string(); }
+  std::string inputs;
+  for (const fs::path& file : loaded.file.inputs) {
+    if (file == options.scene) { continue; }
+    inputs += file.lexically_relative(options.scene.parent_path()).string() + " " +
+              io::sha256(io::read_bytes(file, most_bytes)) + "\n";
+  }
+  if (!inputs.empty()) { provenance["inputs"] = inputs; }
+  return provenance;
+}
+
 int run_scene(const RunOptions& options) {
   catch_interrupts();
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
@@ -728,6 +747,8 @@ int run_scene(const RunOptions& options) {
   const std::unique_ptr<Subject> foreign = foreign_subject(options.subject, loaded);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
+  // A run that is killed then leaves no summary of an earlier one beside its own trace.
+  std::filesystem::remove(folder / "summary.json");
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
   const NetworkProblem* network = loaded.network();
   if (network != nullptr) { samples.cells = &network->network(); }
@@ -754,7 +775,8 @@ int run_scene(const RunOptions& options) {
   const auto provenance = scene_provenance(loaded);
   io::write_trace_csv(folder / "trace.csv", result.trace);
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
-                       network != nullptr ? network->network() : SpringNetwork{}, provenance);
+                       network != nullptr ? network->network() : SpringNetwork{},
+                       provenance_with_inputs(options, loaded, provenance));
   if (network != nullptr && !result.trace.frames.position.empty()) {
     io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
   }

@@ -132,6 +132,9 @@ int run_transducer(const TransducerCommandOptions& options) {
         "transducer needs a mode; exactly one of --pty and --stdio (--fast: --stdio alone)");
   }
   const Recording recording = read_any_recording(options.recording).recording;
+  if (recording.pressure.empty()) {
+    throw InputError(options.recording.string() + ": has no pressure; only that can be sent");
+  }
   refuse_too_long(recording, options.recording);
   if (!options.quiet) { tell_resampling(recording); }
   Transducer source(link_frames(recording), {.faults = faults_of(options),

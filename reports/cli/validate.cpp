@@ -70,6 +70,7 @@ struct ValidateOptions : CommonOptions {
   bool list = false;
   bool quick = false;
   bool no_skip = false;
+  bool slack = false;             ///< list quantities far within their bounds
   int jobs = 0;                   ///< parallel jobs; 0: one per core
   std::uint64_t order = 0;        ///< seed of an alternative summation order; 0: default order
   std::filesystem::path cache{};  ///< folder for references, judged cases and libraries; if empty,
@@ -374,6 +375,21 @@ void tell_end(const std::vector<Outcome>& outcomes, std::size_t total,
               sum.skipped, total, page.string().c_str());
 }
 
+/// Prints the quantities that use less than a hundredth of their bound. Whole numbers are left out:
+/// a count of nothing uses none of it.
+void tell_slack(const std::vector<Outcome>& outcomes) {
+  constexpr double little = 0.01;
+  for (const Outcome& outcome : outcomes) {
+    for (const Quantity& q : outcome.quantities) {
+      const double share = share_of_bound(q);
+      if (!q.judged() || share >= little || q.value == std::trunc(q.value)) { continue; }
+      std::printf("slack %8.2g %%  %s: %s = %s; allowed %s (%s)\n", 100.0 * share,
+                  outcome.name.c_str(), q.name.c_str(), measured_text(q).c_str(),
+                  allowed_text(q).c_str(), q.bound_from.c_str());
+    }
+  }
+}
+
 /// Share of the cases that were judged: "12 of 15 cases judged".
 std::string coverage(const std::vector<Outcome>& outcomes) {
   const Tally sum = tally(outcomes);
@@ -541,6 +557,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     if (!options.quiet) { std::printf("%s\n", results.provenance["coverage"].c_str()); }
   }
   write_results_folder(folder, results);
+  if (options.slack) { tell_slack(results.outcomes); }
   if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
   if (ran.interrupted) {
     std::fflush(nullptr);
@@ -724,6 +741,8 @@ void add_validate(Program& program) {
   command.add_flag("--no-skip", options.no_skip,
                    "run also cases whose code has not changed, compute also what scenes do not "
                    "need; same verdicts");
+  command.add_flag("--slack", options.slack,
+                   "list the quantities that use less than 1 % of their bound");
   command.add_option("--jobs", options.jobs, "cases at a time [one per core]")
       ->check(CLI::Range(1, 1024));
   add_value(command, "--order", options.order, "SEED",

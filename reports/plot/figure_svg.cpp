@@ -469,8 +469,9 @@ class Drawing {
     }
     constexpr std::array dashes{"", "8.5 5", "8.5 4 1.7 4"};
     return halo +
-           path_markup(line_attributes(colour, 1.7, dashes.at(static_cast<std::size_t>(look.dash))),
-                       path) +
+           path_markup(
+               line_attributes(colour, look.width, dashes.at(static_cast<std::size_t>(look.dash))),
+               path) +
            path_markup(marker_attributes(look.shape, colour, marker_radius), markers);
   }
 
@@ -606,8 +607,10 @@ std::string sample(const Look& look) {
   }
   if (look.line) {
     constexpr std::array dashes{"", "6 3.5", "7 3 1.5 3"};
-    svg += "<path " + line_attributes(colour, 2.0, dashes.at(static_cast<std::size_t>(look.dash))) +
-           " d=\"M1 6h26\"/>";
+    svg +=
+        "<path " +
+        line_attributes(colour, look.width + 0.3, dashes.at(static_cast<std::size_t>(look.dash))) +
+        " d=\"M1 6h26\"/>";
   }
   if (look.points) {
     constexpr double r = 3.0;
@@ -684,9 +687,12 @@ std::vector<Look> looks_of(const Figure& figure) {
   const bool stacked = std::ranges::any_of(
       figure.series, [](const Series& series) { return series.style == Style::area; });
   std::vector<Look> looks;
+  std::size_t coloured = 0;  // series before this one that have a colour of their own
   for (std::size_t n = 0; n < figure.series.size(); ++n) {
     const Style style = figure.series[n].style;
-    const auto turn = static_cast<int>(pairs ? n / 2 : n);
+    const bool shares = style == Style::thin && n > 0;
+    const auto turn = static_cast<int>(shares ? 0 : pairs ? n / 2 : coloured);
+    coloured += shares ? 0 : 1;
     Look look{.colour = turn % series_colours, .shape = static_cast<Shape>(turn % shape_count)};
     // Text colour first, then the colours that neither palette contains.
     if (figure.heat_map) { look.colour = turn == 0 ? ink_colour : (turn + 2) % series_colours; }
@@ -695,6 +701,7 @@ std::vector<Look> looks_of(const Figure& figure) {
     look.points = is_marked(style);
     look.opacity = style == Style::band ? 0.22 : style == Style::area ? 0.5 : 0.0;
     look.dash = style == Style::dashed ? 1 : turn >= series_colours ? 2 : 0;
+    if (style == Style::thin) { look.width = 0.7; }
     looks.push_back(look);
   }
   return looks;

@@ -34,11 +34,12 @@ struct Look {
   bool points = false;
   double opacity = 0.0;  ///< opacity of the fill; 0: no fill
   int dash = 0;          ///< 0 solid, 1 dashed, 2 dash-dotted; used when the colours repeat
+  double width = 1.7;    ///< of the line [px]
 };
 
 /// Appearance of each series. If points and dashed lines alternate in the whole figure, each dashed
 /// line has the colour of the points before it. The first series on a heat map and lines over
-/// stacked areas have the text colour.
+/// stacked areas have the text colour. Thin lines have the colour of the first series.
 std::vector<Look> looks_of(const Figure& figure);
 
 /// Shape for the n-th kind of mark; the six shapes repeat.

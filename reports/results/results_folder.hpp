@@ -4,6 +4,7 @@
 /// one subgroup per series.
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -47,16 +48,23 @@ Results read_results_folder(const std::filesystem::path& folder);
 /// Returns true if a folder contains a run and no results.json.
 bool is_run_folder(const std::filesystem::path& folder);
 
-/// Reads a run as one outcome named "run". Quantities: facts, energies and events. Figures over
-/// time: every trace column and the displacement of every node. A run that diverged or was
-/// interrupted has the status error. Throws InputError.
+/// Reads a run as one outcome named "run". Quantities: energies, and the times of events and of new
+/// layers. Compared texts: sizes, integrator, kernel, warnings, and the keys and input files of the
+/// scene. Figures over time: every trace column and the displacement of every node. A run that
+/// diverged or was interrupted has the status error. Throws InputError.
 Results read_run_folder(const std::filesystem::path& folder);
 
-// Baseline on disk (docs/gate.md). Numbers, spreads and the ledger are readable JSON; the samples
-// of curves are in an HDF5 file with the same name and the ending .h5.
+/// Returns what trace.h5 tells of the input of a run, as far as it is there: "scene" (text),
+/// "overrides" (one a line), "scene_file" and "script" (paths), and "inputs": the other input
+/// files, "NAME SHA-256" in each line. Throws InputError.
+std::map<std::string, std::string> inputs_of_run(const std::filesystem::path& folder);
 
-/// Writes a baseline. Both files are written under temporary names and renamed, the curves first.
-/// Throws InputError.
+// Baseline on disk (docs/gate.md). Numbers, spreads and the ledger are readable JSON. The samples
+// of curves are in an HDF5 file beside it whose name contains its own hash: NAME.HASH.h5.
+
+/// Writes a baseline: the curves under their own name, then the JSON by a rename, then removes the
+/// curves that it replaces (Baseline::curves). A failure leaves the old baseline whole. The caller
+/// must hold a lock from reading the old baseline on, if others may write it. Throws InputError.
 void write_baseline(const std::filesystem::path& path, const gate::Baseline& baseline);
 
 /// Reads a baseline. Throws InputError if either file is missing, damaged or edited by hand, if the

@@ -70,8 +70,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::string_view, 6> style_names{"line",   "points", "line-and-points",
-                                                      "dashed", "band",   "area"};
+constexpr std::array<std::string_view, 7> style_names{
+    "line", "points", "line-and-points", "dashed", "band", "area", "thin"};
 
 double limit_from(const Json& json, double open) {
   return json.is_null() ? open : number_from_json(json);
@@ -224,6 +224,51 @@ void check_verdict(const Outcome& outcome) {
   throw std::runtime_error("case " + outcome.name + " says pass, but its quantities do not");
 }
 
+/// Adds the keys that an object lacks to the text of all that are missing.
+void add_missing(const Json& json, const std::string& where,
+                 std::initializer_list<const char*> keys, std::string& missing) {
+  std::string lacking;
+  for (const char* key : keys) {
+    if (json.is_object() && json.contains(key)) { continue; }
+    lacking += (lacking.empty() ? "" : ", ") + std::string(key);
+  }
+  if (!lacking.empty()) { missing += (missing.empty() ? "" : "; ") + where + " lacks " + lacking; }
+}
+
+/// Returns every key that the text of results.json lacks; empty if there is none.
+std::string missing_keys(const Json& json) {
+  std::string missing;
+  add_missing(json, "it", {"schema", "title", "command", "provenance", "cases"}, missing);
+  if (!missing.empty()) { return missing; }
+  for (std::size_t n = 0; n < json.at("cases").size(); ++n) {
+    const Json& one = json.at("cases").at(n);
+    const std::string where = "cases[" + std::to_string(n) + "]";
+    add_missing(one, where,
+                {"name", "suite", "claim", "status", "skipped", "message", "seconds", "quantities",
+                 "tables", "figures", "notes", "timings"},
+                missing);
+    const auto add_items = [&](const char* list, std::initializer_list<const char*> keys) {
+      if (!one.is_object() || !one.contains(list)) { return; }
+      for (std::size_t k = 0; k < one.at(list).size(); ++k) {
+        const Json& item = one.at(list).at(k);
+        const std::string place = where + "." + list + "[" + std::to_string(k) + "]";
+        add_missing(item, place, keys, missing);
+        for (const char* axis : {"x", "y"}) {
+          if (!item.is_object() || !item.contains(axis)) { continue; }
+          add_missing(item.at(axis), place + "." + axis,
+                      {"label", "logarithmic", "minimum", "maximum"}, missing);
+        }
+      }
+    };
+    add_items("quantities", {"name", "value", "unit", "lower", "upper", "bound_from"});
+    add_items("tables", {"id", "title", "caption", "columns", "timing", "rows"});
+    add_items("figures",
+              {"id", "title", "caption", "x", "y", "square", "timing", "series", "heat_map"});
+    add_items("timings", {"name", "value", "unit"});
+  }
+  return missing;
+}
+
 std::string seconds_attribute(double seconds) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%.3f", seconds);
@@ -338,8 +383,11 @@ std::string to_json(const Results& results) {
 Results results_from_json(const std::string& text, const std::string& name) {
   try {
     const Json json = parse_json(text);
-    if (json.at("schema") != schema) {
+    if (json.contains("schema") && json.at("schema") != schema) {
       throw std::runtime_error("schema " + json.at("schema").dump() + "; this version reads 1");
+    }
+    if (const std::string missing = missing_keys(json); !missing.empty()) {
+      throw std::runtime_error(missing);
     }
     Results results{.title = json.at("title"), .command = json.at("command")};
     results.provenance = json.at("provenance").get<std::map<std::string, std::string>>();

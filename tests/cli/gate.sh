@@ -44,6 +44,38 @@ grep -q "<failure" "$out/gate/gate.xml"
 expect 0 "$palpate" approve "$out/stale" --baseline "$baseline" --reason "another title"
 grep -q '"reason": "first"' "$baseline" && grep -q '"reason": "another title"' "$baseline"
 
+# A comment is no other scene; a key is, and is named with both values.
+sed -i 's/^title/# a comment\ntitle/' "$scene"
+run commented
+expect 0 "$palpate" gate "$out/commented" --baseline "$baseline" --out "$out/gate"
+run changed --set simulation.substeps=9 --set load.0.end=0.01
+expect 1 "$palpate" gate "$out/changed" --baseline "$baseline" --out "$out/gate"
+grep -q '"item": "scene: load\[0\].end"' "$out/gate/gate.json"
+grep -q '"moved": "is 0.01, was 0.1"' "$out/gate/gate.json"
+grep -q "made by commit .*; baseline by the same" "$out/said"
+
+# Runs of other instruction sets are rounding. Approvals at the same time all stay in the ledger, in a new folder.
+PALPATE_INSTRUCTIONS=baseline run narrow
+expect 0 "$palpate" gate "$out/narrow" --baseline "$baseline" --out "$out/gate"
+approvals=()
+for n in 1 2 3 4 5 6 7 8; do
+  "$palpate" approve "$out/first" --baseline "$out/new/b.json" --reason "number $n" --no-variants --quiet 2>/dev/null &
+  approvals+=($!)
+done
+for n in "${approvals[@]}"; do wait "$n"; done
+[ "$(grep -c '"reason": "number' "$out/new/b.json")" -eq 8 ]
+[ "$(ls "$out/new" | wc -l)" -eq 2 ]
+
+# The scene is run again only as it was.
+expect 2 "$palpate" approve "$out/first" --baseline "$out/new/b.json" --reason "again"
+grep -q "gone or changed; .*--no-variants" "$out/said"
+
+# A folder is of one command at a time.
+mkdir "$out/busy"
+expect 2 flock "$out/busy" "$palpate" run "$scene" --quiet --out "$out/busy"
+grep -q "another palpate writes to it" "$out/said"
+[ -z "$(ls "$out/busy")" ]
+
 # A run that diverges is neither passed nor accepted.
 status=0
 run diverged --set 'simulation.integrator="euler-cromer"' --set simulation.step=0.05 --set simulation.substeps=1 \

@@ -8,6 +8,7 @@
 
 #include "model/problem/recording.hpp"
 #include "tests/check.hpp"
+#include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
 namespace {
@@ -105,19 +106,19 @@ TEST("a text that is no tolerance is refused with the allowed ones") {
 }
 
 TEST("the defaults that --help shows are those in force") {
-  for (const QuantityKind quantity : {QuantityKind::pressure, QuantityKind::force}) {
+  for (const QuantityKind quantity :
+       {QuantityKind::pressure, QuantityKind::force, QuantityKind::insertion}) {
     std::istringstream lines(tolerance_help(quantity));
     std::size_t count = 0;
     for (std::string line; std::getline(lines, line); ++count) {
       const Tolerance shown = tolerance_from(line.substr(2), quantity);
-      const Tolerance used =
-          comparison::default_tolerances(quantity).at(static_cast<std::size_t>(shown.feature));
+      const Tolerance used = comparison::tolerance_of(shown.feature, {.quantity = quantity});
       // Three digits are shown.
       CHECK_NEAR(shown.absolute, used.absolute, 5e-3 * used.absolute + 1e-300);
       CHECK_NEAR(shown.relative, used.relative, 5e-3 * used.relative + 1e-300);
       CHECK(shown.factor == used.factor);
     }
-    CHECK(count == comparison::feature_count - 1);
+    CHECK(count == features_of(quantity).size() - 1);
   }
 }
 
@@ -145,7 +146,7 @@ TEST("comparison.json has the documented keys and the numbers of the comparison,
              "bmi_kg_per_m2 plunger_area_m2 sample_rate_hz samples defects warnings verdict "
              "reasons alignment cutoff_hz overlap_s features distances rating unfiltered_rating "
              "rated_share");
-  CHECK(first["features"].size() == comparison::feature_count);
+  CHECK(first["features"].size() == features_of(QuantityKind::pressure).size());
   CHECK(first["kind"] == "reconstructed");
   CHECK(json["recordings"][2]["kind"] == "measured");
   const comparison::Comparison& one = report.found.recordings[1];
@@ -275,6 +276,73 @@ TEST("the page has its order, makes no request, escapes its text and is the same
   CHECK_LACKS(html, "src=\"http", "href=\"http", "url(http", "@import", "BMI <18>", "compare <x>",
               "epidural <space>");
   CHECK(html == to_html(report));
+}
+
+TEST("insertions into a phantom have their figures, their table, and no claim about patients") {
+  std::vector<RecordingFile> all;
+  for (const double factor : {0.97, 0.98, 0.99, 1.01, 1.02, 1.03}) {
+    RecordingFile one{.file = "a.h5", .hash = "0123"};
+    one.input.recording = recording_of(InsertionLaw{.dent = 12e-3 * factor,
+                                                    .relaxed = 0.4 * factor,
+                                                    .relaxation_time = 1.2 * factor,
+                                                    .pulled_at = 15e-3 * factor,
+                                                    .factor = factor},
+                                       std::to_string(factor));
+    one.input.recording.group = "skin";
+    all.push_back(std::move(one));
+  }
+  Trace trace = trace_of(InsertionLaw{});
+  trace.text_columns = {{"tool.layer", std::vector<std::string>(trace.time.size(), "skin")}};
+  ComparisonReport report{.options = {.comparison = {.quantity = QuantityKind::insertion}},
+                          .recordings = std::move(all),
+                          .simulation = {.trace = std::move(trace)}};
+  std::vector<Recording> recordings;
+  for (const RecordingFile& one : report.recordings) { recordings.push_back(one.input.recording); }
+  report.found = comparison::compare_all(recordings, report.simulation.trace, report.options);
+  report.credibility = comparison::credibility({}, &report.found);
+  const std::vector<Figure> figures = group_figures(report, 0);
+  REQUIRE(figures.size() == 2);
+  CHECK(figures[0].x.label == "depth below the contact (mm)");
+  CHECK(figures[1].x.label == "time from the contact (s)");
+  // Corridor, six recordings, their mean, the simulation; all begin at the contact.
+  for (const Figure& figure : figures) {
+    REQUIRE(figure.series.size() == 9);
+    CHECK(figure.series[0].style == Series::Style::band);
+    CHECK(figure.series[1].label == "measured phantom, each");
+    CHECK(figure.series[2].label.empty());
+    CHECK(figure.series[8].label == "simulated");
+    for (const Series& series : figure.series) {
+      CHECK(std::ranges::min(series.x) >= 0.0);
+      CHECK(std::ranges::min(series.x) <= 0.1);  // a step of the grid of the depth, in mm
+    }
+  }
+  const std::string html = to_html(report);
+  CHECK_ORDER(html, "6 recordings of a measured phantom", "A phantom is no evidence about patients",
+              "Groups of recordings", "Force over depth", "Force over time", ">puncture force<",
+              ">relaxation time<", "Every recording");
+  CHECK_CONTAINS(html, "measured phantom: no patient", "two SD", "of a measured phantom are no");
+  CHECK_LACKS(html, "6 measured recordings", "thumb");
+  const Json json = json_of(report);
+  CHECK(json["groups"][0]["measured"] == 0);
+  CHECK(json["groups"][0]["measured_phantom"] == 6);
+  CHECK(json["groups"][0]["reconstructed"] == 0);
+  CHECK(json["options"]["insertion"]["least_drop"] == 0.15);
+  CHECK(json["recordings"][0]["kind"] == "measured-phantom");
+}
+
+TEST("a verdict says where only the curve differs") {
+  Trace trace = compared_trace();
+  for (std::size_t n = 0; n < trace.time.size(); ++n) {
+    if (trace.time[n] < 3.0 || trace.time[n] > 11.5) {  // where no feature is measured
+      trace.columns[0].values[n] = 58.0 * pascals_per_mmhg;
+    }
+  }
+  ComparisonReport report = compared(subjects(1), trace);
+  CHECK(!holds(report));
+  CHECK(verdict_text(report) == "Features agree, curve does not");
+  CHECK_CONTAINS(verdict_sentence(report), ": features agree, curve does not: rated 0.");
+  CHECK(json_of(report)["verdict"] == "features agree, curve does not");
+  CHECK(json_of(report)["recordings"][0]["verdict"] == "features agree, curve does not");
 }
 
 TEST("the page counts recordings and their subjects, and the defects of each") {

@@ -73,6 +73,16 @@ Outcome outcome_of(const CaseContext& context, const Study& study) {
   outcome.report("final_energy", motion.values("energy_j").back(), "J");
   outcome.report("largest_energy", *std::ranges::max_element(motion.values("energy_j")), "J");
   outcome.report("work", motion.steps, "evaluations");
+  const std::vector<double>& energy = motion.values("energy_j");
+  const auto top = std::ranges::max_element(energy) - energy.begin();
+  const auto event = [&](const char* name, double time) {
+    outcome.judge({.name = name, .value = time, .unit = "s", .uncertainty = 2.0 * step});
+  };
+  event("event: largest energy", motion.time[static_cast<std::size_t>(top)]);
+  event("event: end", motion.time.back());
+  outcome.tables.push_back(make_table(std::string(gate::text_table), "Compared texts", "",
+                                      {"name", "text"},
+                                      {{"scene: simulation.step", "2e-4"}, {"kernel", "springs"}}));
   outcome.figures = {
       {.id = "path",
        .title = "Path of the pushed node",
@@ -195,36 +205,68 @@ struct HandedFault {
 };
 
 std::vector<HandedFault> handed_faults() {
-  return {{"5 % more work", [](Handed& h) { h.quantity("work").value *= 1.05; }},
-          {"2 % more work", [](Handed& h) { h.quantity("work").value *= 1.02; }},
-          {"a number is not one", [](Handed& h) { h.quantity("final_energy").value = nan; }},
-          {"a number is missing", [](Handed& h) { h.outcome().quantities.pop_back(); }},
-          {"a number is new", [](Handed& h) { h.outcome().report("new", 1.0); }},
-          {"another unit", [](Handed& h) { h.quantity("final_energy").unit = "mJ"; }},
-          {"a wider bound", [](Handed& h) { h.quantity("largest_error").upper *= 2.0; }},
-          {"a curve is missing", [](Handed& h) { h.outcome().figures.pop_back(); }},
-          {"a curve ends early",
-           [](Handed& h) {
-             h.outcome().figures[0].series[0].x.pop_back();
-             h.outcome().figures[0].series[0].y.pop_back();
-           }},
-          {"a curve is of another unit",
-           [](Handed& h) { h.outcome().figures[0].y.label = "position along z (mm)"; }},
-          {"a case is missing", [](Handed& h) { h.candidate.outcomes.clear(); }},
-          {"a case has another name", [](Handed& h) { h.outcome().name = "brick"; }},
-          {"a case stands twice", [](Handed& h) { h.candidate.outcomes.push_back(h.outcome()); }},
-          {"a case ended in an error", [](Handed& h) { h.outcome().status = Status::error; }},
-          {"a case is skipped", [](Handed& h) { h.outcome().status = Status::skip; }},
-          {"a case claims something else", [](Handed& h) { h.outcome().claim = "Nothing."; }},
-          {"results of another command",
-           [](Handed& h) { h.candidate.command = "palpate validate other"; }},
-          {"an empty baseline", [](Handed& h) { h.baseline.cases.clear(); }},
-          {"nothing on either side",
-           [](Handed& h) {
-             h.baseline.cases.clear();
-             h.candidate.outcomes.clear();
-           }},
-          {"a selection that meets nothing", [](Handed& h) { h.only = {"brick"}; }}};
+  return {
+      {"5 % more work", [](Handed& h) { h.quantity("work").value *= 1.05; }},
+      {"2 % more work", [](Handed& h) { h.quantity("work").value *= 1.02; }},
+      {"an error is exactly zero", [](Handed& h) { h.quantity("largest_error").value = 0.0; }},
+      {"an error is rounding alone", [](Handed& h) { h.quantity("largest_error").value = 1e-16; }},
+      {"every number is zero",
+       [](Handed& h) {
+         for (Quantity& each : h.outcome().quantities) { each.value = 0.0; }
+         for (Figure& figure : h.outcome().figures) {
+           for (Series& series : figure.series) { std::ranges::fill(series.y, 0.0); }
+         }
+       }},
+      {"a case fails that passed",
+       [](Handed& h) {
+         h.quantity("largest_error").value = 0.06;
+         conclude(h.outcome());
+       }},
+      {"an event three ticks late",
+       [](Handed& h) { h.quantity("event: largest energy").value += 3.0 * step; }},
+      {"events in another order",
+       [](Handed& h) { std::swap(h.quantity("event: largest energy"), h.quantity("event: end")); }},
+      {"an event is new",
+       [](Handed& h) {
+         h.outcome().judge({.name = "event: contact", .unit = "s", .uncertainty = step});
+       }},
+      {"another kernel", [](Handed& h) { h.outcome().tables[0].rows[1][1] = "lattice"; }},
+      {"a warning is new",
+       [](Handed& h) {
+         h.outcome().tables[0].rows.push_back({"warning: too coarse", ""});
+       }},
+      {"a key of the scene has another value",
+       [](Handed& h) { h.outcome().tables[0].rows[0][1] = "1e-4"; }},
+      {"a key of the scene is missing",
+       [](Handed& h) { h.outcome().tables[0].rows.erase(h.outcome().tables[0].rows.begin()); }},
+      {"a number is not one", [](Handed& h) { h.quantity("final_energy").value = nan; }},
+      {"a number is missing", [](Handed& h) { h.outcome().quantities.pop_back(); }},
+      {"a number is new", [](Handed& h) { h.outcome().report("new", 1.0); }},
+      {"another unit", [](Handed& h) { h.quantity("final_energy").unit = "mJ"; }},
+      {"a wider bound", [](Handed& h) { h.quantity("largest_error").upper *= 2.0; }},
+      {"a curve is missing", [](Handed& h) { h.outcome().figures.pop_back(); }},
+      {"a curve ends early",
+       [](Handed& h) {
+         h.outcome().figures[0].series[0].x.pop_back();
+         h.outcome().figures[0].series[0].y.pop_back();
+       }},
+      {"a curve is of another unit",
+       [](Handed& h) { h.outcome().figures[0].y.label = "position along z (mm)"; }},
+      {"a case is missing", [](Handed& h) { h.candidate.outcomes.clear(); }},
+      {"a case has another name", [](Handed& h) { h.outcome().name = "brick"; }},
+      {"a case stands twice", [](Handed& h) { h.candidate.outcomes.push_back(h.outcome()); }},
+      {"a case ended in an error", [](Handed& h) { h.outcome().status = Status::error; }},
+      {"a case is skipped", [](Handed& h) { h.outcome().status = Status::skip; }},
+      {"a case claims something else", [](Handed& h) { h.outcome().claim = "Nothing."; }},
+      {"results of another command",
+       [](Handed& h) { h.candidate.command = "palpate validate other"; }},
+      {"an empty baseline", [](Handed& h) { h.baseline.cases.clear(); }},
+      {"nothing on either side",
+       [](Handed& h) {
+         h.baseline.cases.clear();
+         h.candidate.outcomes.clear();
+       }},
+      {"a selection that meets nothing", [](Handed& h) { h.only = {"brick"}; }}};
 }
 
 /// Returns six starts of 40 pairs; other load delays both builds by up to 30 % in every pair.

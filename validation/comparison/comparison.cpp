@@ -11,8 +11,36 @@ namespace palpate::comparison {
 
 std::string_view unit_of(QuantityKind kind) { return kind == QuantityKind::pressure ? "Pa" : "N"; }
 std::string_view name_of(QuantityKind kind) {
-  return kind == QuantityKind::pressure ? "pressure" : "force";
+  constexpr std::array<std::string_view, 3> names{"pressure", "force", "insertion"};
+  return names[static_cast<std::size_t>(kind)];
 }
+
+namespace {
+
+FeatureSet set_of(QuantityKind kind) {
+  return kind == QuantityKind::insertion ? FeatureSet::insertion : FeatureSet::loss_of_resistance;
+}
+
+/// Defaults for the features of an insertion; nothing published gives the spread of one rig.
+std::vector<Tolerance> tolerances_of_insertion() {
+  const std::string assumed =
+      "assumption; with three recordings of a group, twice their standard deviation replaces it";
+  return {{.feature = Feature::puncture, .absolute = 0.5, .origin = "as most recordings show"},
+          {.feature = Feature::puncture_force, .relative = 0.20, .origin = assumed},
+          {.feature = Feature::puncture_depth, .absolute = 1e-3, .origin = assumed},
+          {.feature = Feature::denting_exponent, .absolute = 0.15, .origin = assumed},
+          {.feature = Feature::force_left, .relative = 0.25, .origin = assumed},
+          {.feature = Feature::largest_force, .relative = 0.20, .origin = assumed},
+          {.feature = Feature::second_rise, .absolute = 0.2, .relative = 0.30, .origin = assumed},
+          {.feature = Feature::relaxation, .absolute = 0.10, .origin = assumed},
+          {.feature = Feature::relaxation_time, .factor = 1.5, .origin = assumed},
+          {.feature = Feature::withdrawal_force, .relative = 0.25, .origin = assumed},
+          {.feature = Feature::withdrawal_depth, .absolute = 3e-3, .origin = assumed}};
+}
+
+}  // namespace
+
+std::span<const Feature> features_of(QuantityKind kind) { return features_of(set_of(kind)); }
 
 double Tolerance::lower(double recorded) const {
   return factor > 1.0 ? recorded / factor : recorded - absolute - relative * std::abs(recorded);
@@ -23,6 +51,7 @@ double Tolerance::upper(double recorded) const {
 }
 
 std::vector<Tolerance> default_tolerances(QuantityKind kind) {
+  if (kind == QuantityKind::insertion) { return tolerances_of_insertion(); }
   const std::string groups =
       "Wee et al. 2017: means of four groups, 376 to 461 mmHg, lie within 10.2 % of their middle "
       "and were not told apart (p = 0.52)";
@@ -151,15 +180,38 @@ Alignment by_start(const PreparedTrace& recorded, const PreparedTrace& simulated
           .lag = recorded.input.raw.start - simulated.input.raw.start};
 }
 
+Alignment by_contact(const PreparedTrace& recorded, const PreparedTrace& simulated) {
+  Alignment alignment{.used = AlignmentRule::contact, .how = "by the contact"};
+  const InsertionPhases& r = recorded.features.phases;
+  const InsertionPhases& s = simulated.features.phases;
+  if (!r.contact || !s.contact) {
+    alignment.refusal = std::string("no contact in the ") +
+                        (r.contact ? "simulated trace" : "recording") +
+                        ", which needs a depth and a force";
+    return alignment;
+  }
+  alignment.lag = *r.contact_time.value - *s.contact_time.value;
+  alignment.uncertainty = std::hypot(r.contact_time.uncertainty, s.contact_time.uncertainty);
+  constexpr double same_speed = 0.05;  // relative; a faster curve is another curve over time
+  if (std::abs(s.speed - r.speed) > same_speed * r.speed) {
+    alignment.how += formatted(", at different speeds (%.3g mm/s recorded, %.3g mm/s simulated)",
+                               1e3 * r.speed, 1e3 * s.speed);
+  }
+  return alignment;
+}
+
 }  // namespace
 
 std::string_view name_of(AlignmentRule rule) {
-  constexpr std::array<std::string_view, 4> names{"automatic", "depth", "event", "start"};
+  constexpr std::array<std::string_view, 6> names{"automatic", "depth",   "event",
+                                                  "start",     "contact", "clock"};
   return names[static_cast<std::size_t>(rule)];
 }
 
 Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, AlignmentRule rule) {
+  if (rule == AlignmentRule::clock) { return {.used = rule, .how = "as recorded, not shifted"}; }
   if (rule == AlignmentRule::start) { return by_start(recorded, simulated); }
+  if (rule == AlignmentRule::contact) { return by_contact(recorded, simulated); }
   if (rule == AlignmentRule::event) { return by_event(recorded, simulated); }
   const Alignment deep = by_depth(recorded, simulated);
   if (rule == AlignmentRule::depth || deep.refusal.empty()) { return deep; }
@@ -176,15 +228,22 @@ Alignment align(const PreparedTrace& recorded, const PreparedTrace& simulated, A
 
 namespace {
 
+/// Returns true for a force of an insertion, which an offset of the sensor moves.
+bool is_force(Feature feature) {
+  return feature == Feature::puncture_force || feature == Feature::force_left ||
+         feature == Feature::largest_force || feature == Feature::withdrawal_force;
+}
+
 /// Returns true if a gain of the trace scales the feature.
 bool scales(Feature feature) {
   return feature == Feature::peak || feature == Feature::plateau ||
-         feature == Feature::drop_height || feature == Feature::slope_before;
+         feature == Feature::drop_height || feature == Feature::slope_before ||
+         feature == Feature::second_rise || is_force(feature);
 }
 
 /// Returns the change of the feature per unit of offset of the trace.
 double moved_by_offset(Feature feature, const Features& features) {
-  if (feature == Feature::peak || feature == Feature::plateau) { return 1.0; }
+  if (feature == Feature::peak || feature == Feature::plateau || is_force(feature)) { return 1.0; }
   if (feature == Feature::relative_drop) {
     return features.loss.relative_drop / features.loss.peak;
   }
@@ -264,9 +323,9 @@ Reason reason_of(const FeatureComparison& one) {
 
 Tolerance tolerance_of(Feature feature, const ComparisonOptions& options) {
   const auto given = std::ranges::find(options.tolerances, feature, &Tolerance::feature);
-  return given != options.tolerances.end()
-             ? *given
-             : default_tolerances(options.quantity)[static_cast<std::size_t>(feature)];
+  if (given != options.tolerances.end()) { return *given; }
+  const std::vector<Tolerance> defaults = default_tolerances(options.quantity);
+  return *std::ranges::find(defaults, feature, &Tolerance::feature);
 }
 
 double data_uncertainty(Feature feature, const Features& recorded,
@@ -284,8 +343,8 @@ double data_uncertainty(Feature feature, const Features& recorded,
 std::vector<FeatureComparison> compare_features(const Comparison& comparison,
                                                 const ComparisonOptions& options) {
   std::vector<FeatureComparison> all;
-  for (std::size_t n = 0; n < feature_count; ++n) {
-    all.push_back(compare_feature(static_cast<Feature>(n), comparison, options));
+  for (const Feature feature : features_of(options.quantity)) {
+    all.push_back(compare_feature(feature, comparison, options));
   }
   return all;
 }
@@ -294,7 +353,13 @@ namespace {
 
 /// Returns the unit for readers; relative drops are in percent.
 FieldUnit unit_for(Feature feature, std::string_view unit) {
-  return feature == Feature::relative_drop ? FieldUnit{100.0, "%"} : field_unit(unit);
+  const bool share = feature == Feature::relative_drop || feature == Feature::relaxation;
+  return share ? FieldUnit{100.0, "%"} : field_unit(unit);
+}
+
+/// Returns a number with its unit; shares and exponents of the unit 1 have none.
+std::string with_unit(double value, const FieldUnit& unit) {
+  return unit.name == "1" ? short_number(value) : quantity(value, unit.name);
 }
 
 /// Rounds to a ten-thousandth of the unit, which hides rounding such as 10^-14 mmHg.
@@ -312,22 +377,23 @@ std::string in_words(Feature feature) {
 
 std::string shown(Feature feature, double value, std::string_view unit) {
   if (std::isnan(value)) { return "-"; }
-  if (feature == Feature::loss_of_resistance) { return value > 0.5 ? "found" : "not found"; }
+  if (is_event(feature)) { return value > 0.5 ? "found" : "not found"; }
   const FieldUnit field = unit_for(feature, unit);
-  return quantity(in_unit(value, field), field.name);
+  return with_unit(in_unit(value, field), field);
 }
 
 std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit) {
   const FieldUnit field = unit_for(feature, unit);
   return short_number(in_unit(interval.lower, field)) + " to " +
-         quantity(in_unit(interval.upper, field), field.name);
+         with_unit(in_unit(interval.upper, field), field);
 }
 
 std::string shown_uncertainty(const FeatureComparison& one) {
   const double expanded = one.quantity.uncertainty;
-  if (!(expanded > 0.0) || one.feature == Feature::loss_of_resistance) { return {}; }
+  if (!(expanded > 0.0) || is_event(one.feature)) { return {}; }
   const FieldUnit field = unit_for(one.feature, one.quantity.unit);
-  return "±" + short_number(field.factor * expanded, 2) + "\u00a0" + field.name;
+  return "±" + short_number(field.factor * expanded, 2) +
+         (field.name == "1" ? "" : "\u00a0" + field.name);
 }
 
 std::string shown(const Tolerance& tolerance, std::string_view unit) {
@@ -344,7 +410,7 @@ std::string sentence_of(const FeatureComparison& one) {
   const std::string name = in_words(one.feature) + ": ";
   const std::string verdict = ": " + std::string(verdict_word(one.status));
   if (!one.reason.empty()) { return name + one.reason + verdict; }
-  if (one.feature == Feature::loss_of_resistance) {
+  if (is_event(one.feature)) {
     return name + shown(one.feature, *one.simulated.value, {}) + " in the simulated trace, " +
            shown(one.feature, *one.recorded.value, {}) + " in the recorded one" + verdict;
   }
@@ -386,7 +452,10 @@ void lay_on_grid(const PreparedTrace& recorded, const PreparedTrace& simulated,
   const double lag = comparison.alignment.lag;
   const Samples& r = recorded.input.raw;
   const Samples& s = simulated.input.raw;
-  const double begin = std::max(r.start - lag, s.start);
+  double begin = std::max(r.start - lag, s.start);
+  // The force before the contact is zero in both traces and is not compared.
+  const auto& contact = simulated.features.phases.contact_time.value;
+  if (contact) { begin = std::max(begin, *contact); }
   const double end = std::min(r.end() - lag, s.end());
   const double step = std::max(
       {r.step, 1.0 / options.grid_rate, (end - begin) / static_cast<double>(options.most_samples)});
@@ -404,6 +473,33 @@ std::string overlap_refusal(double overlap, std::size_t samples, const Compariso
   return "no overlap in time but for " + short_number(overlap) + " s in " +
          std::to_string(samples) + " samples; " + short_number(options.least_overlap) + " s in " +
          std::to_string(least_common) + " are needed";
+}
+
+/// Returns the force of the advance at depths below the contact; NaN across more than 0.5 mm.
+Samples over_depth(const PreparedTrace& prepared) {
+  constexpr double step = 1e-4;       // [m]
+  constexpr double longest = 0.5e-3;  // [m] without a sample
+  Samples advance{.start = 0.0, .step = step};
+  const InsertionPhases& phases = prepared.features.phases;
+  if (!phases.contact) { return advance; }
+  const std::vector<double>& force = prepared.input.filtered.value;
+  const std::vector<double>& depth = prepared.input.depth.value;
+  const double contact = *phases.contact_depth.value;
+  double last_depth = 0.0;
+  double last_force = force[*phases.contact];
+  for (std::size_t n = *phases.contact; n <= phases.advance_end; ++n) {
+    const double here = depth[n] - contact;
+    if (!std::isfinite(force[n]) || !(here >= last_depth)) { continue; }
+    while (step * static_cast<double>(advance.size()) <= here) {
+      const double at = step * static_cast<double>(advance.size());
+      const double share = here > last_depth ? (at - last_depth) / (here - last_depth) : 1.0;
+      advance.value.push_back(here - last_depth <= longest ? std::lerp(last_force, force[n], share)
+                                                           : not_measured);
+    }
+    last_depth = here;
+    last_force = force[n];
+  }
+  return advance;
 }
 
 std::vector<double> jointly(const Samples& a, const Samples& b) {
@@ -441,13 +537,38 @@ void conclude(Comparison& comparison) {
   if (comparison.outcome.status == Status::skip) {
     comparison = refuse(std::move(comparison), "no feature is in both");
   }
+  comparison.only_curve_differs = comparison.outcome.status == Status::pass && comparison.rating &&
+                                  grade_of(comparison.rating->overall) == "poor";
+  if (!comparison.only_curve_differs) { return; }
+  comparison.outcome.status = Status::fail;
+  comparison.outcome.reasons = {
+      std::string(only_curve_text) +
+      formatted(": rated %.2f of 1, poor (ISO/TS 18571)", comparison.rating->overall)};
 }
 
 }  // namespace
 
+const FeatureComparison& Comparison::of(Feature feature) const {
+  return *std::ranges::find(features, feature, &FeatureComparison::feature);
+}
+
+void judge_again(Comparison& comparison, const ComparisonOptions& options) {
+  comparison.features = compare_features(comparison, options);
+  comparison.outcome.quantities.clear();
+  conclude(comparison);
+}
+
 std::string column_of(const ComparisonOptions& options) {
   if (!options.column.empty()) { return options.column; }
   return options.quantity == QuantityKind::pressure ? "syringe.pressure_pa" : "tool.force_n";
+}
+
+std::string depth_column_of(const ComparisonOptions& options, const Trace& simulated) {
+  if (!options.depth_column.empty()) { return options.depth_column; }
+  constexpr const char* along_needle = "tool.insertion_m";
+  const bool path =
+      options.quantity == QuantityKind::insertion && simulated.find(along_needle) != nullptr;
+  return path ? along_needle : "tool.depth_m";
 }
 
 Comparison compare(const Recording& recording, const Trace& simulated,
@@ -467,24 +588,31 @@ Comparison compare(const Recording& recording, const Trace& simulated,
   if (simulated.find(column_of(options)) == nullptr) {
     return refuse(comparison, "the simulated trace has no column " + column_of(options));
   }
-  if (options.quantity == QuantityKind::force && recording.force.empty()) {
+  const bool by_pressure = options.quantity == QuantityKind::pressure;
+  if (!by_pressure && recording.force.empty()) {
     return refuse(comparison, "force along the needle was not recorded");
   }
-  const bool by_pressure = options.quantity == QuantityKind::pressure;
+  if (by_pressure && recording.pressure.empty() && !recording.force.empty()) {
+    return refuse(comparison, "pressure was not recorded");
+  }
   const RawTrace recorded_raw{recording.time, by_pressure ? recording.pressure : recording.force,
                               recording.depth};
-  const Column* depth = simulated.find(options.depth_column);
+  const Column* depth = simulated.find(depth_column_of(options, simulated));
   const RawTrace simulated_raw{simulated.time, simulated.values(column_of(options)),
                                depth != nullptr ? depth->values : std::span<const double>{}};
   // A quarter of the lower rate preserves the shape of the filter.
   const double slowest =
       std::max(usual_interval(recorded_raw.time), usual_interval(simulated_raw.time));
   comparison.cutoff = std::min(options.cutoff, 0.25 / slowest);
-  const PreparedTrace r = prepare(recorded_raw, comparison.cutoff, options.features);
-  const PreparedTrace s = prepare(simulated_raw, comparison.cutoff, options.features);
+  FeatureRule rule = options.features;
+  rule.set = set_of(options.quantity);
+  const PreparedTrace r = prepare(recorded_raw, comparison.cutoff, rule);
+  const PreparedTrace s = prepare(simulated_raw, comparison.cutoff, rule);
   if (!r.refusal.empty()) { return refuse(comparison, "the recording " + r.refusal); }
   if (!s.refusal.empty()) { return refuse(comparison, "the simulated trace " + s.refusal); }
-  comparison.alignment = align(r, s, options.alignment);
+  const bool by_contact =
+      options.quantity == QuantityKind::insertion && options.alignment == AlignmentRule::automatic;
+  comparison.alignment = align(r, s, by_contact ? AlignmentRule::contact : options.alignment);
   if (!comparison.alignment.refusal.empty()) {
     return refuse(comparison, comparison.alignment.refusal);
   }
@@ -494,6 +622,8 @@ Comparison compare(const Recording& recording, const Trace& simulated,
   if (both.size() < least_common || comparison.overlap < options.least_overlap) {
     return refuse(comparison, overlap_refusal(comparison.overlap, both.size(), options));
   }
+  comparison.recorded_advance = over_depth(r);
+  comparison.simulated_advance = over_depth(s);
   comparison.recorded_features = r.features;
   comparison.simulated_features = s.features;
   comparison.features = compare_features(comparison, options);

@@ -33,10 +33,14 @@ inline FieldUnit field_unit(std::string_view unit) {
 
 // Tolerances of features and their sources.
 
-/// Kind of quantity that is compared: saline pressure [Pa], or force along the needle [N].
-enum class QuantityKind { pressure, force };
-std::string_view unit_of(QuantityKind kind);  ///< "Pa", "N"
-std::string_view name_of(QuantityKind kind);  ///< "pressure", "force"
+/// Kind of quantity that is compared: saline pressure [Pa]; force along the needle [N] with the
+/// features of a loss of resistance; or the same force with those of an insertion: puncture,
+/// relaxation and withdrawal.
+enum class QuantityKind { pressure, force, insertion };
+std::string_view unit_of(QuantityKind kind);  ///< "Pa", "N", "N"
+std::string_view name_of(QuantityKind kind);  ///< "pressure", "force", "insertion"
+/// Returns the features that are compared.
+std::span<const Feature> features_of(QuantityKind kind);
 
 /// Tolerance of a feature. The allowed interval is D - a to D + a with a = absolute + relative |D|
 /// for the recorded value D; with a factor f > 1 it is D / f to D f.
@@ -51,7 +55,7 @@ struct Tolerance {
   [[nodiscard]] double upper(double recorded) const;
 };
 
-/// Returns the default tolerance of every feature, in the order of Feature.
+/// Returns the default tolerance of every feature of the kind, in the order of Feature.
 std::vector<Tolerance> default_tolerances(QuantityKind kind);
 
 /// Returns the name of the status of a comparison: "agrees" within the tolerance at both ends of
@@ -76,6 +80,8 @@ enum class AlignmentRule {
   depth,      ///< same depth at the recorded event, else at the middle of the common depths
   event,      ///< loss of resistance if both show one, else the peak
   start,      ///< the first samples coincide
+  contact,    ///< the needle touches the tissue; the automatic rule of an insertion
+  clock,      ///< the clocks coincide as recorded, without a shift
 };
 std::string_view name_of(AlignmentRule rule);
 
@@ -89,7 +95,9 @@ struct Alignment {
   /// Returns true if instants can be judged. Alignment by the event makes them equal. After
   /// alignment by depth, the depth of the event is judged instead because hands move at different
   /// speeds.
-  [[nodiscard]] bool judges_times() const { return used == AlignmentRule::start; }
+  [[nodiscard]] bool judges_times() const {
+    return used == AlignmentRule::start || used == AlignmentRule::clock;
+  }
 };
 
 /// Aligns two traces with features. The lag is not optimised for a better fit.
@@ -109,8 +117,8 @@ struct Uncertainties {
 
 struct ComparisonOptions {
   QuantityKind quantity = QuantityKind::pressure;
-  std::string column{};  ///< of the simulated trace; empty: that of `quantity`
-  std::string depth_column = "tool.depth_m";
+  std::string column{};        ///< of the simulated trace; empty: that of `quantity`
+  std::string depth_column{};  ///< of the simulated trace; empty: depth_column_of()
   Recording::Regime simulated_regime = Recording::Regime::thumb;
   AlignmentRule alignment = AlignmentRule::automatic;
   double cutoff = 20.0;      ///< [Hz] of the low-pass, at most a quarter of the lower rate; 0: none
@@ -125,6 +133,11 @@ struct ComparisonOptions {
 /// Returns the column of the simulated trace that is compared: "syringe.pressure_pa" or
 /// "tool.force_n" by default.
 std::string column_of(const ComparisonOptions& options);
+
+/// Returns the column of the simulated depth: "tool.depth_m" by default. Of an insertion, which is
+/// recorded along the needle, "tool.insertion_m" if the trace has it; both are the same without a
+/// tilt.
+std::string depth_column_of(const ComparisonOptions& options, const Trace& simulated);
 
 /// Comparison of one feature of both traces.
 struct FeatureComparison {
@@ -149,21 +162,34 @@ struct Comparison {
   Outcome outcome{.status = Status::error};  ///< quantities are the features judged numerically
   std::string unit{};
   Alignment alignment{};
-  double cutoff = 0.0;   ///< [Hz] cut-off that was used; 0: none
-  double overlap = 0.0;  ///< [s] overlap of both traces on the common grid
-  std::vector<FeatureComparison> features{};
+  double cutoff = 0.0;                        ///< [Hz] cut-off that was used; 0: none
+  double overlap = 0.0;                       ///< [s] overlap of both traces on the common grid
+  std::vector<FeatureComparison> features{};  ///< in the order of features_of()
+  /// Returns the comparison of a feature of the compared kind.
+  [[nodiscard]] const FeatureComparison& of(Feature feature) const;
   Features recorded_features{};       ///< features on the clock of the recording
   Features simulated_features{};      ///< features on the clock of the simulation
   TraceErrors errors{};               ///< for the filtered traces
   std::optional<IsoRating> rating{};  ///< for the filtered traces
   std::optional<IsoRating> unfiltered_rating{};
   double rated = 0.0;  ///< share of the overlap rated: its longest stretch without a gap [1]
+  /// True if every judged feature agrees and the curve does not; the outcome is then a failure.
+  bool only_curve_differs = false;
   /// Traces on the common grid and the clock of the simulation: filtered, and as sampled.
   Samples recorded{}, simulated{}, recorded_raw{}, simulated_raw{};
+  /// Filtered force of the advance of an insertion over the depth below the contact: start and step
+  /// are depths [m].
+  Samples recorded_advance{}, simulated_advance{};
 };
+
+/// Verdict on a comparison whose features agree and whose curve does not.
+inline constexpr std::string_view only_curve_text = "features agree, curve does not";
 
 Comparison compare(const Recording& recording, const Trace& simulated,
                    const ComparisonOptions& options = {});
+
+/// Compares the features again and replaces the verdict of a comparison that is not an error.
+void judge_again(Comparison& comparison, const ComparisonOptions& options);
 
 /// Compares the features of a comparison after alignment.
 std::vector<FeatureComparison> compare_features(const Comparison& comparison,
@@ -188,7 +214,7 @@ double data_uncertainty(Feature feature, const Features& recorded,
 std::string in_words(Feature feature);
 
 /// Returns the text of a feature value [SI] in its clinical unit, rounded to a ten-thousandth of
-/// that unit; "found" or "not found" for the event, "-" for NaN.
+/// that unit; "found" or "not found" for an event, "-" for NaN.
 std::string shown(Feature feature, double value, std::string_view unit);
 /// Returns the text of an interval, "300 to 367 mmHg".
 std::string shown_interval(Feature feature, const Interval& interval, std::string_view unit);

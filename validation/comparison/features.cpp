@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "validation/number_text.hpp"
+#include "validation/statistics.hpp"
 
 namespace palpate::comparison {
 
@@ -255,7 +256,7 @@ Measured first_fall(const Extraction& of, std::size_t n, double level) {
   for (std::size_t m = n; m < of.trace.size(); ++m) {
     if (of.trace.value[m] <= level) { return m == 0 ? Measured{} : crossing(of, m - 1, level); }
   }
-  return {.reason = "never fell to 10 % of the drop"};
+  return {.reason = "never fell to that share of the drop"};
 }
 
 Measured difference(const Measured& later, const Measured& earlier) {
@@ -344,19 +345,306 @@ struct Naming {
   std::string_view name;
   std::string_view unit;
 };
-constexpr std::array<Naming, feature_count> naming{{{"loss_of_resistance", "1"},
-                                                    {"peak", "*"},
-                                                    {"drop_height", "*"},
-                                                    {"relative_drop", "1"},
-                                                    {"drop_time", "s"},
-                                                    {"plateau", "*"},
-                                                    {"slope_before", "*/s"},
-                                                    {"time_of_peak", "s"},
-                                                    {"time_of_loss", "s"},
-                                                    {"depth_of_peak", "m"},
-                                                    {"depth_of_loss", "m"}}};
+constexpr std::array<Naming, feature_count> naming{
+    {{"loss_of_resistance", "1"}, {"peak", "*"},
+     {"drop_height", "*"},        {"relative_drop", "1"},
+     {"drop_time", "s"},          {"plateau", "*"},
+     {"slope_before", "*/s"},     {"time_of_peak", "s"},
+     {"time_of_loss", "s"},       {"depth_of_peak", "m"},
+     {"depth_of_loss", "m"},      {"puncture", "1"},
+     {"puncture_force", "*"},     {"puncture_depth", "m"},
+     {"denting_exponent", "1"},   {"force_left", "*"},
+     {"largest_force", "*"},      {"second_rise", "*"},
+     {"relaxation", "1"},         {"relaxation_time", "s"},
+     {"withdrawal_force", "*"},   {"withdrawal_depth", "m"}}};
+
+constexpr std::array<Feature, feature_count> in_order = [] {
+  std::array<Feature, feature_count> all{};
+  for (std::size_t n = 0; n < feature_count; ++n) { all[n] = static_cast<Feature>(n); }
+  return all;
+}();
+constexpr auto first_of_insertion = static_cast<std::size_t>(Feature::puncture);
+
+/// Samples of an insertion, its phases and its features.
+class InsertionMeasurement {
+ public:
+  InsertionMeasurement(const Extraction& of, const Samples& depth, const InsertionRule& rule,
+                       Features& features)
+      : of_(of), force_(of.trace.value), depth_(depth.value), rule_(rule), features_(features) {}
+
+  void measure() {
+    if (depth_.empty()) { return no_depth(); }
+    threshold_ = rule_.contact.threshold(features_.noise);
+    phases_.contact = find_contact(force_, depth_, threshold_, rule_.contact.distance);
+    if (!phases_.contact) {
+      return refuse(features_of(FeatureSet::insertion),
+                    formatted("no contact: the force never stays above %.3g N over %.3g mm",
+                              threshold_, 1e3 * rule_.contact.distance));
+    }
+    find_rest();
+    locate_contact();
+    const auto [force, largest] = largest_in(*phases_.contact, phases_.advance_end);
+    features_[Feature::largest_force] = {.value = force, .uncertainty = of_.noise};
+    measure_puncture();
+    measure_relaxation();
+    measure_withdrawal();
+  }
+
+ private:
+  void refuse(std::span<const Feature> some, const std::string& reason) {
+    for (const Feature feature : some) { features_[feature] = {.reason = reason}; }
+  }
+
+  void no_depth() {
+    refuse(features_of(FeatureSet::insertion), "depth was not recorded");
+    features_[Feature::largest_force] = {.value = force_[index_of_largest(force_)],
+                                         .uncertainty = of_.noise};
+  }
+
+  [[nodiscard]] double time(std::size_t n) const { return of_.trace.time(n); }
+  [[nodiscard]] bool measured(std::size_t n) const {
+    return std::isfinite(force_[n]) && std::isfinite(depth_[n]);
+  }
+
+  struct Extreme {
+    double force = not_measured;
+    std::size_t at = 0;
+  };
+  /// Returns the first largest value among samples begin ... last.
+  [[nodiscard]] Extreme largest_in(std::size_t begin, std::size_t last) const {
+    Extreme found{.at = begin};
+    for (std::size_t n = begin; n <= last; ++n) {
+      if (measured(n) && !(force_[n] <= found.force)) { found = {force_[n], n}; }
+    }
+    return found;
+  }
+  /// Returns the first smallest value among samples begin ... last.
+  [[nodiscard]] Extreme least_in(std::size_t begin, std::size_t last) const {
+    Extreme found{.at = begin};
+    for (std::size_t n = begin; n <= last; ++n) {
+      if (measured(n) && !(force_[n] >= found.force)) { found = {force_[n], n}; }
+    }
+    return found;
+  }
+
+  /// Finds the rest at full depth, and whether a withdrawal follows.
+  void find_rest() {
+    const double deepest =
+        extremes_of(std::span<const double>(depth_).subspan(*phases_.contact)).largest;
+    std::size_t begin = *phases_.contact;
+    while (!(depth_[begin] >= deepest - rule_.still)) { ++begin; }
+    std::size_t last = begin;
+    for (std::size_t n = begin; n < depth_.size() && !(depth_[n] < deepest - rule_.still); ++n) {
+      if (measured(n)) { last = n; }
+    }
+    const auto at_rest = std::span<const double>(depth_).subspan(begin, last - begin + 1);
+    phases_.held = of_.trace.step * static_cast<double>(last - begin) >= rule_.rest;
+    // The needle is at full depth from where it has reached the depth at rest.
+    const double full = phases_.held ? quantile(at_rest, 0.5) - 0.1 * rule_.still : deepest;
+    while (!(depth_[begin] >= full)) { ++begin; }
+    while (last > begin && !(depth_[last] >= full)) { --last; }
+    phases_.advance_end = begin;
+    phases_.hold_end = last;
+    const double least_after = extremes_of(std::span<const double>(depth_).subspan(last)).least;
+    phases_.withdrawn = deepest - least_after > rule_.contact.distance;
+  }
+
+  /// Sets time and depth of the contact, and the speed of the advance.
+  void locate_contact() {
+    const std::size_t at = *phases_.contact;
+    const double duration = time(phases_.advance_end) - time(at);
+    if (duration > 0.0) { phases_.speed = (depth_[phases_.advance_end] - depth_[at]) / duration; }
+    const double slope = std::abs(slope_about(of_, std::min(at, force_.size() - 2)));
+    const double by_noise = slope > 0.0 ? of_.noise / slope : 0.0;
+    const double uncertainty = std::hypot(by_noise, spread_over(of_.trace.step));
+    phases_.contact_time = {.value = time(at), .uncertainty = uncertainty};
+    phases_.contact_depth = {.value = depth_[at],
+                             .uncertainty = duration > 0.0 ? uncertainty * phases_.speed : 0.0};
+  }
+
+  /// First local maximum of the advance with a sufficient drop, and the least force after it.
+  struct Puncture {
+    std::size_t at = 0;
+    std::size_t least = 0;
+  };
+  [[nodiscard]] std::optional<Puncture> find_puncture(double& deepest_drop) const {
+    double before = -std::numeric_limits<double>::infinity();
+    for (std::size_t n = *phases_.contact; n < phases_.advance_end; ++n) {
+      if (!measured(n)) { continue; }
+      const bool rises = force_[n] >= std::exchange(before, force_[n]);
+      if (!rises) { continue; }
+      const Extreme least = least_in(n, reach_of(n));
+      const double drop = force_[n] - least.force;
+      if (!(drop >= threshold_)) { continue; }
+      if (largest_in(n, least.at).force > force_[n]) { continue; }
+      deepest_drop = std::max(deepest_drop, drop / force_[n]);
+      if (drop >= rule_.least_drop * force_[n]) { return Puncture{n, least.at}; }
+    }
+    return std::nullopt;
+  }
+
+  /// Returns the last sample of the advance within the distance of a drop from sample n.
+  [[nodiscard]] std::size_t reach_of(std::size_t n) const {
+    std::size_t last = n;
+    for (std::size_t m = n; m <= phases_.advance_end; ++m) {
+      if (depth_[m] > depth_[n] + rule_.drop_distance) { break; }
+      last = m;
+    }
+    return last;
+  }
+
+  void measure_puncture() {
+    double deepest_drop = 0.0;
+    const std::optional<Puncture> found = find_puncture(deepest_drop);
+    features_[Feature::puncture].value = found ? 1.0 : 0.0;
+    if (!found) {
+      return refuse(
+          std::array{Feature::puncture_force, Feature::puncture_depth, Feature::denting_exponent,
+                     Feature::force_left, Feature::second_rise},
+          formatted("no drop of %.0f %% within %.3g mm; %.0f %% at most", 100.0 * rule_.least_drop,
+                    1e3 * rule_.drop_distance, 100.0 * deepest_drop));
+    }
+    const std::size_t at = found->at;
+    const double left = force_[found->least];
+    features_[Feature::puncture_force] = {.value = force_[at], .uncertainty = of_.noise};
+    features_[Feature::force_left] = {.value = left, .uncertainty = of_.noise};
+    features_[Feature::puncture_depth] = depth_below_contact(at, time_of(of_, at).uncertainty);
+    features_[Feature::denting_exponent] = exponent(at);
+    const Extreme second = largest_in(found->least, phases_.advance_end);
+    features_[Feature::second_rise] = {.value = second.force - left,
+                                       .uncertainty = std::hypot(of_.noise, of_.noise)};
+  }
+
+  /// Returns the depth of a sample below the contact; its time has the given uncertainty.
+  [[nodiscard]] Measured depth_below_contact(std::size_t n, double uncertainty) const {
+    const std::size_t next = n + 1 < depth_.size() ? n + 1 : n;
+    const double speed = std::abs(depth_[next] - depth_[n]) / of_.trace.step;
+    return {.value = depth_[n] - *phases_.contact_depth.value,
+            .uncertainty = std::hypot(std::isfinite(speed) ? speed * uncertainty : 0.0,
+                                      phases_.contact_depth.uncertainty)};
+  }
+
+  /// Slope of log F over log d from a share of the dent to the puncture.
+  struct Slope {
+    double value = not_measured;
+    double uncertainty = 0.0;
+  };
+  [[nodiscard]] Slope slope_of_logarithms(std::size_t puncture, double from) const {
+    const double least = rule_.dent_from * (depth_[puncture] - from);
+    std::vector<double> x;
+    std::vector<double> y;
+    for (std::size_t n = *phases_.contact; n <= puncture; ++n) {
+      if (!measured(n) || !(force_[n] > 0.0) || !(depth_[n] - from >= least)) { continue; }
+      x.push_back(std::log(depth_[n] - from));
+      y.push_back(std::log(force_[n]));
+    }
+    constexpr std::size_t least_samples = 5;
+    if (x.size() < least_samples) { return {}; }
+    const double of_x = mean_of(x);
+    const double of_y = mean_of(y);
+    double moment = 0.0;
+    double square = 0.0;
+    for (std::size_t n = 0; n < x.size(); ++n) {
+      moment += (x[n] - of_x) * (y[n] - of_y);
+      square += (x[n] - of_x) * (x[n] - of_x);
+    }
+    Slope slope{.value = moment / square};
+    double rest = 0.0;
+    for (std::size_t n = 0; n < x.size(); ++n) {
+      rest += std::pow(y[n] - of_y - slope.value * (x[n] - of_x), 2);
+    }
+    const double freedom = static_cast<double>(x.size() - 2) * of_.independent;
+    slope.uncertainty = std::sqrt(rest / freedom / square);
+    return slope;
+  }
+
+  [[nodiscard]] Measured exponent(std::size_t puncture) const {
+    const double contact = *phases_.contact_depth.value;
+    const double shift = phases_.contact_depth.uncertainty;
+    const Slope slope = slope_of_logarithms(puncture, contact);
+    if (!std::isfinite(slope.value)) {
+      return {.reason = "fewer than 5 samples before the puncture"};
+    }
+    const double moved = slope_of_logarithms(puncture, contact - shift).value - slope.value;
+    return {.value = slope.value,
+            .uncertainty = std::hypot(slope.uncertainty, std::isfinite(moved) ? moved : 0.0)};
+  }
+
+  void measure_relaxation() {
+    constexpr std::array both{Feature::relaxation, Feature::relaxation_time};
+    const std::size_t begin = phases_.advance_end;
+    const double length = time(phases_.hold_end) - time(begin);
+    constexpr double enough = 0.9;  // of the time after which the drop is measured
+    if (!phases_.held) {
+      return refuse(both, formatted("no hold of %.3g s at full depth", rule_.rest));
+    }
+    if (length < enough * rule_.relaxation) {
+      return refuse(
+          both, formatted("a hold of %.3g s; %.3g s needed", length, enough * rule_.relaxation));
+    }
+    const std::size_t last = std::min(phases_.hold_end, begin + of_.trace.steps(rule_.relaxation));
+    const std::size_t first = last - std::min(last - begin, of_.trace.steps(rule_.end_mean));
+    const auto end = finite_only(std::span<const double>(force_).subspan(first, last - first + 1));
+    const double force = force_[begin];
+    if (end.empty() || !std::isfinite(force) || !(force > threshold_)) {
+      return refuse(
+          both, end.empty() || !std::isfinite(force)
+                    ? "a gap at the begin or the end of the hold"
+                    : formatted("the force at the begin of the hold is below %.3g N", threshold_));
+    }
+    const double left = mean_of(end);
+    const double independent = std::max(1.0, static_cast<double>(end.size()) * of_.independent);
+    const double of_left = of_.noise / std::sqrt(independent);
+    const double drop = force - left;
+    features_[Feature::relaxation] = {
+        .value = drop / force,
+        .uncertainty = std::hypot(of_left, of_.noise * left / force) / force};
+    constexpr double clear = 5.0;  // standard uncertainties
+    if (!(drop > clear * std::hypot(of_.noise, of_left))) {
+      features_[Feature::relaxation_time].reason = "the force does not fall in the hold";
+      return;
+    }
+    constexpr double share = 0.63;  // of the drop: 1 - 1/e of one exponential
+    const Measured reached = first_fall(of_, begin + 1, force - share * drop);
+    features_[Feature::relaxation_time] =
+        difference(reached, {.value = time(begin), .uncertainty = spread_over(of_.trace.step)});
+  }
+
+  void measure_withdrawal() {
+    constexpr std::array both{Feature::withdrawal_force, Feature::withdrawal_depth};
+    if (!phases_.withdrawn) { return refuse(both, "the needle is not withdrawn"); }
+    const Extreme least = least_in(phases_.hold_end, force_.size() - 1);
+    if (!std::isfinite(least.force)) { return refuse(both, "a gap hides the withdrawal"); }
+    features_[Feature::withdrawal_force] = {.value = least.force, .uncertainty = of_.noise};
+    std::size_t first = least.at;
+    std::size_t last = least.at;
+    const double level = least.force + of_.noise;
+    while (first > phases_.hold_end && force_[first - 1] < level) { --first; }
+    while (last + 1 < force_.size() && force_[last + 1] < level) { ++last; }
+    features_[Feature::withdrawal_depth] = depth_below_contact(
+        least.at, spread_over(of_.trace.step * static_cast<double>(last - first + 1)));
+  }
+
+  const Extraction& of_;
+  const std::vector<double>& force_;
+  const std::vector<double>& depth_;
+  const InsertionRule& rule_;
+  Features& features_;
+  InsertionPhases& phases_ = features_.phases;
+  double threshold_ = 0.0;  ///< of the contact, and of the drop after a puncture [N]
+};
 
 }  // namespace
+
+std::span<const Feature> features_of(FeatureSet set) {
+  const std::span<const Feature> all(in_order);
+  return set == FeatureSet::insertion ? all.subspan(first_of_insertion)
+                                      : all.first(first_of_insertion);
+}
+
+bool is_event(Feature feature) {
+  return feature == Feature::loss_of_resistance || feature == Feature::puncture;
+}
 
 std::string_view name_of(Feature feature) { return naming[static_cast<std::size_t>(feature)].name; }
 
@@ -384,14 +672,19 @@ double noise_of(const FeatureInput& input) {
 Features find_features(const FeatureInput& input, const FeatureRule& rule) {
   Features features;
   features.noise = noise_of(input);
-  features.loss = find_loss(input.filtered, rule.loss);
   const double passed = noise_shares(input.cutoff, 1.0 / input.raw.step).passed;
   const Extraction of{input.filtered, rule, features.noise * std::sqrt(passed), passed,
                       input.cutoff > 0.0 ? input.raw.steps(0.5 / input.cutoff) : 0};
   if (longest_stretch(input.filtered.value).size() == 0) {
     for (Measured& one : features.all) { one.reason = "no sample is a number"; }
+    features.loss = find_loss(input.filtered, rule.loss);
     return features;
   }
+  if (rule.set == FeatureSet::insertion) {
+    InsertionMeasurement(of, input.depth, rule.insertion, features).measure();
+    return features;
+  }
+  features.loss = find_loss(input.filtered, rule.loss);
   const bool fell = features.loss.fell();
   measure_peak(of, fell ? features.loss.peak_index : index_of_largest(input.filtered.value),
                features);

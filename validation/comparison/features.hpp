@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Detection of the loss of resistance in a pressure by the published rule: a drop that lasts more
-/// than 5 s with a stable low plateau (Vaira et al. 2019; J Clin Monit Comput 2022;36:283).
+/// Features of an insertion. Loss of resistance in a pressure, by the published rule: a drop that
+/// lasts more than 5 s with a stable low plateau (Vaira et al. 2019; J Clin Monit Comput
+/// 2022;36:283). First puncture, relaxation and withdrawal in the force of an insertion with depth.
 
 #include <array>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "model/problem/recording.hpp"
 #include "validation/signal.hpp"
 
 namespace palpate::comparison {
@@ -64,12 +66,32 @@ enum class Feature {
   time_of_loss,   ///< [s] last fall through the middle of the drop
   depth_of_peak,  ///< [m]
   depth_of_loss,  ///< [m]
+
+  // Features of the force of an insertion whose depth is known; InsertionRule has their
+  // definitions.
+  puncture,          ///< [1] 1 found, 0 not found
+  puncture_force,    ///< [N] at the first puncture
+  puncture_depth,    ///< [m] of the first puncture below the contact: the dent
+  denting_exponent,  ///< [1] p of F ~ d^p before the first puncture, d from the contact
+  force_left,        ///< [N] least force within 1 mm after the first puncture
+  largest_force,     ///< [N] of the advance
+  second_rise,       ///< [N] largest force of the advance after force_left, minus force_left
+  relaxation,        ///< [1] drop of the force within 5 s of the hold over that at its begin
+  relaxation_time,   ///< [s] until 63 % of that drop
+  withdrawal_force,  ///< [N] least force of the withdrawal
+  withdrawal_depth,  ///< [m] of the least force below the contact
 };
-inline constexpr std::size_t feature_count = 11;
+inline constexpr std::size_t feature_count = 22;
+
+/// Features that are measured on one trace.
+enum class FeatureSet { loss_of_resistance, insertion };
+std::span<const Feature> features_of(FeatureSet set);
 
 std::string_view name_of(Feature feature);  ///< "drop_time"
 /// Returns the unit of a feature; `quantity` is the unit of the trace, "Pa" or "N".
 std::string unit_of(Feature feature, std::string_view quantity);
+/// Returns true for events: 1 found, 0 not found.
+bool is_event(Feature feature);
 /// Returns true for instants. They are meaningless if the event itself determined the alignment.
 bool is_time(Feature feature);
 
@@ -79,10 +101,23 @@ struct Measured {
   std::string reason{};      ///< reason why it is absent
 };
 
+/// Parts of an insertion, found from force and depth.
+struct InsertionPhases {
+  std::optional<std::size_t> contact{};  ///< index of the first sample of contact
+  Measured contact_time{};               ///< [s]
+  Measured contact_depth{};              ///< [m]
+  std::size_t advance_end = 0;           ///< index of the first sample at full depth
+  std::size_t hold_end = 0;              ///< index of the last sample at full depth
+  bool held = false;                     ///< the needle rests at full depth
+  bool withdrawn = false;
+  double speed = not_measured;  ///< mean of the advance from the contact [m/s]
+};
+
 struct Features {
   std::array<Measured, feature_count> all{};
   LossOfResistance loss{};
-  double noise = 0.0;  ///< standard deviation of single samples [Pa or N], see noise_of()
+  InsertionPhases phases{};  ///< only of the set `insertion`
+  double noise = 0.0;        ///< standard deviation of single samples [Pa or N], see noise_of()
 
   [[nodiscard]] const Measured& operator[](Feature f) const {
     return all[static_cast<std::size_t>(f)];
@@ -90,7 +125,24 @@ struct Features {
   Measured& operator[](Feature f) { return all[static_cast<std::size_t>(f)]; }
 };
 
+/// Parameters of the features of an insertion that advances, rests and is withdrawn. The puncture
+/// is the first local maximum of the advance that is followed by a drop of at least `least_drop`
+/// within `drop_distance`. The share lies between the drops and the fluctuations of measured
+/// insertions (docs/notebook/measured-insertions.md).
+struct InsertionRule {
+  ContactRule contact{};
+  double least_drop = 0.15;     ///< smallest relative drop [1]
+  double drop_distance = 1e-3;  ///< [m]
+  double dent_from = 0.10;      ///< shallowest depth of the exponent, as a share of the dent [1]
+  double rest = 1.0;            ///< shortest hold [s]
+  double still = 1e-4;          ///< largest movement at rest [m]
+  double relaxation = 5.0;      ///< time in the hold after which the drop is measured [s]
+  double end_mean = 0.2;        ///< time before that over which the force is averaged [s]
+};
+
 struct FeatureRule {
+  FeatureSet set = FeatureSet::loss_of_resistance;
+  InsertionRule insertion{};
   LossRule loss{};
   double slope_window = 2.0;  ///< [s]
   double slope_end = 0.1;     ///< end of the window before the peak [s]

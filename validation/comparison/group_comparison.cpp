@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ranges>
 
 #include "validation/number_text.hpp"
 
@@ -22,10 +23,12 @@ Members comparable(const std::vector<Comparison>& all, const std::string& group)
   return members;
 }
 
-/// Returns the subject of each recording.
+/// Returns the subject of each recording; every recording of a phantom is one of its own.
 std::vector<std::size_t> subjects_of(const Members& members) {
   std::vector<std::string> codes;
-  for (const Comparison* one : members) { codes.push_back(one->subject); }
+  for (const Comparison* one : members) {
+    codes.push_back(one->kind == Recording::Kind::measured_phantom ? "" : one->subject);
+  }
   return subject_indices(codes);
 }
 
@@ -60,6 +63,14 @@ void lay_corridor(const Members& members, const CorridorRule& rule, GroupSummary
     const Grid grid = shared_grid(members);
     for (const Comparison* one : members) { aligned.push_back(resample(one->recorded, grid)); }
   }
+  std::vector<Samples> advances;
+  for (const Comparison* one : members) { advances.push_back(one->recorded_advance); }
+  const auto longest = std::ranges::max_element(advances, {}, &Samples::size);
+  if (longest != advances.end() && longest->size() > 0) {
+    const std::size_t count = longest->size();
+    for (Samples& one : advances) { one.value.resize(count, not_measured); }
+    summary.advance_corridor = build_corridor(advances, rule, subjects_of(members)).corridor;
+  }
   CorridorBuilt built = build_corridor(aligned, rule, subjects_of(members));
   summary.corridor_refusal = built.refusal;
   if (!built.corridor) { return; }
@@ -74,7 +85,7 @@ FeatureSummary summarise(Feature feature, const Members& members,
   std::vector<double> recorded;
   std::vector<double> simulated;
   for (const Comparison* one : members) {
-    const FeatureComparison& found = one->features[static_cast<std::size_t>(feature)];
+    const FeatureComparison& found = one->of(feature);
     recorded.push_back(found.recorded.value.value_or(not_measured));
     if (found.simulated.value) { simulated.push_back(*found.simulated.value); }
   }
@@ -92,12 +103,11 @@ bool has_numbers(const FeatureComparison& one) { return one.recorded.value && on
 /// Returns the comparison of the first recording with the most informative status: judged
 /// numerically, else judged. compare_mean() replaces the members that depend on the recording.
 FeatureComparison most_telling(Feature feature, const Members& members) {
-  const auto n = static_cast<std::size_t>(feature);
   const auto rank = [&](const Comparison* one) {
-    const bool judged = one->features[n].status != Status::skip;
-    return (judged ? 2 : 0) + (has_numbers(one->features[n]) ? 1 : 0);
+    const FeatureComparison& found = one->of(feature);
+    return (found.status != Status::skip ? 2 : 0) + (has_numbers(found) ? 1 : 0);
   };
-  return (*std::ranges::max_element(members, {}, rank))->features[n];  // the first of equal ones
+  return (*std::ranges::max_element(members, {}, rank))->of(feature);  // the first of equal ones
 }
 
 /// Returns u_D of a mean. Zero and gain of a transducer are common to all recordings and do not
@@ -105,7 +115,7 @@ FeatureComparison most_telling(Feature feature, const Members& members) {
 double mean_data_uncertainty(Feature feature, const Members& members) {
   std::vector<double> all;
   for (const Comparison* one : members) {
-    const FeatureComparison& found = one->features[static_cast<std::size_t>(feature)];
+    const FeatureComparison& found = one->of(feature);
     if (has_numbers(found)) { all.push_back(found.uncertainty.data); }
   }
   return mean_of(all);
@@ -136,10 +146,10 @@ FeatureComparison compare_mean(const FeatureSummary& summary, const Members& mem
 
 Reason reason_of_corridor(const GroupSummary& summary, double least_inside) {
   if (summary.coverage.holds) { return {Status::pass}; }
-  return {
-      Status::fail,
-      formatted("%.0f %% of samples lie in the corridor of %zu subjects; %.0f %% needed",
-                100.0 * summary.coverage.inside, summary.corridor->subjects, 100.0 * least_inside)};
+  return {Status::fail,
+          formatted("%.0f %% of samples lie in the corridor of %zu %s; %.0f %% needed",
+                    100.0 * summary.coverage.inside, summary.corridor->subjects,
+                    summary.of_phantom() ? "recordings" : "subjects", 100.0 * least_inside)};
 }
 
 void judge_by_corridor(const Members& members, const GroupOptions& options, GroupSummary& summary) {
@@ -154,8 +164,21 @@ void judge_by_corridor(const Members& members, const GroupOptions& options, Grou
       summary.outcome.judge(mean.quantity);
     }
     Reason part = reason_of(mean);
-    if (!part.text.empty()) { part.text = "mean over subjects, " + part.text; }
+    if (!part.text.empty()) {
+      part.text = std::string("mean over ") + (summary.of_phantom() ? "recordings" : "subjects") +
+                  ", " + part.text;
+    }
     parts.push_back(std::move(part));
+  }
+  const bool features_agree =
+      std::ranges::any_of(parts | std::views::drop(1),
+                          [](const Reason& one) { return one.status == Status::pass; }) &&
+      std::ranges::all_of(parts | std::views::drop(1), [](const Reason& one) {
+        return one.status == Status::pass || one.status == Status::skip;
+      });
+  summary.only_curve_differs = features_agree && !summary.coverage.holds;
+  if (summary.only_curve_differs) {
+    parts.front().text = std::string(only_curve_text) + ": " + parts.front().text;
   }
   conclude(summary.outcome, std::move(parts));
 }
@@ -198,6 +221,7 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
     if (one.group != group) { continue; }
     ++summary.recordings;
     summary.measured += one.kind == Recording::Kind::measured ? 1 : 0;
+    summary.phantoms += one.kind == Recording::Kind::measured_phantom ? 1 : 0;
     summary.tally.add(one.outcome.status);
   }
   const Members members = comparable(all, group);
@@ -211,8 +235,8 @@ GroupSummary summarise_group(const std::vector<Comparison>& all, const std::stri
     return summary;
   }
   count_subjects(members, summary);
-  for (std::size_t n = 0; n < feature_count; ++n) {
-    summary.features.push_back(summarise(static_cast<Feature>(n), members, options.bootstrap));
+  for (const Feature feature : features_of(options.comparison.quantity)) {
+    summary.features.push_back(summarise(feature, members, options.bootstrap));
   }
   if (summary.corridor) {
     judge_by_corridor(members, options, summary);
@@ -230,6 +254,52 @@ std::string label_of(const GroupSummary& group, const std::vector<Comparison>& a
                               : std::ranges::find(all, "", &Comparison::group)->recording + ": ";
 }
 
+/// Returns the tolerance of a feature from the spread of the recordings of a group; absent if fewer
+/// than three have it, or if it is an event.
+std::optional<Tolerance> tolerance_of_repeats(Feature feature, const Members& members,
+                                              double coverage_factor) {
+  constexpr std::size_t least_recordings = 3;
+  std::vector<double> values;
+  std::vector<double> uncertainties;
+  for (const Comparison* one : members) {
+    const Measured& recorded = one->recorded_features[feature];
+    if (!recorded.value) { continue; }
+    values.push_back(*recorded.value);
+    uncertainties.push_back(recorded.uncertainty);
+  }
+  if (is_event(feature) || values.size() < least_recordings) { return std::nullopt; }
+  const double spread = 2.0 * deviation_of(values);
+  // Twice the expanded uncertainty: a narrower tolerance could never be shown to hold.
+  const double floor = 2.0 * coverage_factor * mean_of(uncertainties);
+  const std::string of = formatted("%zu recordings of the group", values.size());
+  if (spread < floor) {
+    return Tolerance{
+        .feature = feature,
+        .absolute = floor,
+        .origin = "twice the expanded uncertainty of the measurement, above the spread of " + of};
+  }
+  return Tolerance{
+      .feature = feature, .absolute = spread, .origin = "two standard deviations over " + of};
+}
+
+/// Judges the recordings of a group of insertions again, with tolerances from their spread.
+void judge_by_repeats(const std::string& group, const ComparisonOptions& options,
+                      std::vector<Comparison>& all) {
+  const Members members = comparable(all, group);
+  ComparisonOptions with_repeats = options;
+  for (const Feature feature : features_of(options.quantity)) {
+    const bool given = std::ranges::count(options.tolerances, feature, &Tolerance::feature) > 0;
+    const auto found =
+        tolerance_of_repeats(feature, members, options.uncertainties.coverage_factor);
+    if (!given && found) { with_repeats.tolerances.push_back(*found); }
+  }
+  for (Comparison& one : all) {
+    if (one.group == group && one.outcome.status != Status::error) {
+      judge_again(one, with_repeats);
+    }
+  }
+}
+
 }  // namespace
 
 GroupComparison compare_all(std::span<const Recording> recordings, const Trace& simulated,
@@ -241,6 +311,9 @@ GroupComparison compare_all(std::span<const Recording> recordings, const Trace& 
   for (const Comparison& one : result.recordings) {
     const auto known = [&](const GroupSummary& summary) { return summary.group == one.group; };
     if (std::ranges::any_of(result.groups, known)) { continue; }
+    if (options.comparison.quantity == QuantityKind::insertion) {
+      judge_by_repeats(one.group, options.comparison, result.recordings);
+    }
     result.groups.push_back(summarise_group(result.recordings, one.group, options));
   }
   std::vector<Reason> parts;
@@ -290,7 +363,8 @@ CredibilityFactor never(const char* activity, const char* factor, const char* go
 }
 
 struct Evidence {
-  std::size_t measured = 0;       ///< recordings of patients that could be compared
+  std::size_t measured = 0;       ///< recordings that could be compared, apart from the following
+  std::size_t phantoms = 0;       ///< recordings of phantoms
   std::size_t reconstructed = 0;  ///< rebuilt ones
   std::vector<std::string> names{};
   std::vector<std::string> codes{};  ///< of their subjects, by group
@@ -315,6 +389,8 @@ Evidence evidence_of(const GroupComparison* comparison) {
     if (one.outcome.status == Status::error) { continue; }
     if (one.kind == Recording::Kind::reconstructed) {
       ++evidence.reconstructed;
+    } else if (one.kind == Recording::Kind::measured_phantom) {
+      ++evidence.phantoms;
     } else {
       ++evidence.measured;
       evidence.names.push_back(one.recording);
@@ -336,6 +412,10 @@ CredibilityFactor test_samples(const Evidence& evidence) {
   if (evidence.reconstructed > 0) {
     factor.evidence += "; " + std::to_string(evidence.reconstructed) +
                        " rebuilt from published values do not count";
+  }
+  if (evidence.phantoms > 0) {
+    factor.evidence +=
+        "; " + std::to_string(evidence.phantoms) + " of a measured phantom are no subjects";
   }
   factor.links = evidence.names;
   if (evidence.measured > 0) { factor.shown = subjects >= 3 ? Shown::shown : Shown::in_part; }

@@ -30,15 +30,23 @@ struct FeatureSummary {
 struct GroupSummary {
   std::string group{};
   std::size_t recordings = 0;
-  std::size_t measured = 0;        ///< recordings that were not reconstructed from published values
-  std::size_t subjects = 0;        ///< number of subjects that could be compared
-  Tally tally{};                   ///< verdicts on the recordings
-  std::size_t subjects_agree = 0;  ///< number of subjects whose comparable recordings all agree
+  std::size_t measured = 0;  ///< recordings that were measured, but not in a phantom
+  std::size_t phantoms = 0;  ///< recordings that were measured in a phantom
+  /// Number of subjects that could be compared. Each recording of a phantom
+  /// counts as a subject: it enters a new position, and too few needles are used to tell their
+  /// spread from that of the positions.
+  std::size_t subjects = 0;
+  [[nodiscard]] bool of_phantom() const { return phantoms == recordings && recordings > 0; }
+  Tally tally{};                      ///< verdicts on the recordings
+  std::size_t subjects_agree = 0;     ///< number of subjects whose comparable recordings all agree
   double agree_share = not_measured;  ///< share of the subjects that agree
   Interval agree_interval{};          ///< 95 % Clopper-Pearson
   std::vector<FeatureSummary> features{};
   std::vector<FeatureComparison> means{};     ///< with the mean over subjects; only with a corridor
+  bool only_curve_differs = false;            ///< the means agree, and the corridor does not hold
   std::optional<SubjectCorridor> corridor{};  ///< on the clock of the simulation
+  /// Corridor of the advance of insertions over the depth below the contact; it is not judged.
+  std::optional<SubjectCorridor> advance_corridor{};
   Samples simulated{};          ///< on the grid of the corridor, where any recording was compared
   CorridorCoverage coverage{};  ///< coverage of the simulated trace
   std::string corridor_refusal{};  ///< why there is no corridor
@@ -67,7 +75,8 @@ struct GroupComparison {
 /// error of every feature is compared with its tolerance, with the spread of the mean over subjects
 /// as uncertainty, and the trace must lie in the corridor. In a smaller group, the worst recording
 /// decides. Subjects differ from each other, so a simulated insertion need not agree with each of
-/// them.
+/// them. The tolerances of an insertion in a group of at least three recordings are two standard
+/// deviations over these recordings, unless tolerances are given.
 GroupComparison compare_all(std::span<const Recording> recordings, const Trace& simulated,
                             const GroupOptions& options = {});
 
@@ -86,8 +95,8 @@ std::string_view name_of(CredibilityFactor::Shown shown);  ///< "not shown", "in
 
 /// Returns the factors from the outcomes of a validation (empty: not run) and an optional
 /// comparison. A factor that depends on cases is shown if all of them pass, in part if some do.
-/// Recordings that were reconstructed from published values are no clinical evidence and leave the
-/// factors of validation "not shown".
+/// Recordings of phantoms and those that were reconstructed from published values are no clinical
+/// evidence and leave the factors of validation "not shown".
 std::vector<CredibilityFactor> credibility(std::span<const Outcome> outcomes,
                                            const GroupComparison* comparison);
 

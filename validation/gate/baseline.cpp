@@ -28,7 +28,8 @@ void add_map_as_curve(Figure& figure) {
 
 [[noreturn]] void refuse(const Outcome& accepted, const std::string& what) {
   throw InputError(accepted.name + ": " + what +
-                   "; results of the same cases, another build or order");
+                   "; results of the same cases that differ by rounding alone, or none (for a run "
+                   "--no-variants)");
 }
 
 const Outcome& same_case(const std::vector<Outcome>& outcomes, const Outcome& accepted) {
@@ -51,6 +52,11 @@ void widen_by_quantities(AcceptedCase& accepted, const Outcome& variant) {
     }
     widen(accepted.spread.quantities[quantity.name], quantity.value, found->value);
   }
+  for (const Quantity& quantity : variant.quantities) {
+    if (!accepted.spread.quantities.contains(quantity.name)) {
+      refuse(accepted.outcome, quantity.name + " is in a variant only");
+    }
+  }
 }
 
 void widen_by_figures(AcceptedCase& accepted, const Outcome& variant) {
@@ -61,13 +67,36 @@ void widen_by_figures(AcceptedCase& accepted, const Outcome& variant) {
     }
     for (std::size_t n = 0; n < figure.series.size(); ++n) {
       double& spread = accepted.spread.curves[curve_name(figure, n)];
-      for (const auto edge : {&Series::y, &Series::y2}) {
-        const std::vector<double>& one = figure.series[n].*edge;
-        const std::vector<double>& other = found->series[n].*edge;
-        for (std::size_t k = 0; k < std::min(one.size(), other.size()); ++k) {
-          widen(spread, one[k], other[k]);
-        }
+      widen(spread, 0.0, curve_difference(figure, *found, n));
+    }
+  }
+}
+
+/// Returns the text of a cell; empty if it is none.
+std::string text_of(const std::vector<Cell>& row, std::size_t column) {
+  const auto* text = column < row.size() ? std::get_if<std::string>(&row[column]) : nullptr;
+  return text != nullptr ? *text : std::string();
+}
+
+/// Marks the warnings that only one of both has. Other texts must be the same.
+void widen_by_texts(AcceptedCase& accepted, const Outcome& variant) {
+  std::map<std::string, std::string> others = compared_texts(variant);
+  for (Table& table : accepted.outcome.tables) {
+    for (std::vector<Cell>& row : table.rows) {
+      const std::string name = text_of(row, 0);
+      const auto other = others.find(name);
+      const bool same = other != others.end() && other->second == text_of(row, 1);
+      if (!same && !name.starts_with(warning_prefix)) {
+        refuse(accepted.outcome, name + " differs in a variant");
       }
+      if (!same) { row[1] = depends_on_rounding; }
+      others.erase(name);
+    }
+    for (const auto& [name, text] : others) {
+      if (!name.starts_with(warning_prefix)) {
+        refuse(accepted.outcome, name + " is in a variant only");
+      }
+      table.rows.push_back({name, depends_on_rounding});
     }
   }
 }
@@ -89,7 +118,7 @@ bool is_counted(const std::string& unit) {
 Outcome comparable(Outcome outcome) {
   outcome.seconds = 0.0;
   outcome.timings.clear();
-  outcome.tables.clear();
+  std::erase_if(outcome.tables, [](const Table& table) { return table.id != text_table; });
   outcome.notes.clear();
   std::erase_if(outcome.figures, [](const Figure& figure) { return figure.timing; });
   if (outcome.suite == "timing") {
@@ -98,6 +127,15 @@ Outcome comparable(Outcome outcome) {
   }
   for (Figure& figure : outcome.figures) { add_map_as_curve(figure); }
   return outcome;
+}
+
+std::map<std::string, std::string> compared_texts(const Outcome& outcome) {
+  std::map<std::string, std::string> texts;
+  for (const Table& table : outcome.tables) {
+    if (table.id != text_table) { continue; }
+    for (const std::vector<Cell>& row : table.rows) { texts[text_of(row, 0)] = text_of(row, 1); }
+  }
+  return texts;
 }
 
 std::string curve_name(const Figure& figure, std::size_t series) {
@@ -115,6 +153,7 @@ void measure_spread(Baseline& baseline, const std::vector<std::vector<Outcome>>&
       const Outcome found = comparable(same_case(variant, accepted.outcome));
       widen_by_quantities(accepted, found);
       widen_by_figures(accepted, found);
+      widen_by_texts(accepted, found);
     }
   }
 }
@@ -131,6 +170,27 @@ void require_sound(const Outcome& outcome) {
     throw InputError(outcome.name + ": " + quantity.name + " is " + plain_number(quantity.value) +
                      wanted);
   }
+}
+
+bool fails(const Outcome& outcome) {
+  return outcome.status != Status::pass && outcome.status != Status::skip;
+}
+
+/// Throws InputError with every failing case that the acceptance does not name.
+void require_named_failures(const Acceptance& acceptance, const std::vector<std::string>& taken) {
+  std::string unnamed;
+  for (const Outcome& outcome : acceptance.outcomes) {
+    const bool named =
+        std::ranges::find(acceptance.failing, outcome.name) != acceptance.failing.end();
+    if (named || !fails(outcome) || std::ranges::find(taken, outcome.name) == taken.end()) {
+      continue;
+    }
+    unnamed += (unnamed.empty() ? "" : "\n") + outcome.name + ": is " +
+               std::string(name_of(outcome.status)) +
+               (outcome.reasons.empty() ? "" : " (" + outcome.reasons.front() + ")") +
+               "; a case that passes, or --accept-failing " + outcome.name;
+  }
+  if (!unnamed.empty()) { throw InputError(unnamed); }
 }
 
 AcceptedCase* find(Baseline& baseline, const std::string& name) {
@@ -150,9 +210,7 @@ void measure_spreads(Baseline& baseline, const Acceptance& acceptance) {
     if (is_wanted(acceptance, one.outcome.name)) { taken.cases.push_back(one); }
   }
   measure_spread(taken, acceptance.variants);
-  for (const AcceptedCase& one : taken.cases) {
-    find(baseline, one.outcome.name)->spread = one.spread;
-  }
+  for (const AcceptedCase& one : taken.cases) { *find(baseline, one.outcome.name) = one; }
 }
 
 std::string bound_text(const Quantity& quantity) {
@@ -172,6 +230,24 @@ void describe_case(const AcceptedCase& before, const AcceptedCase& now,
               plain_number(change.now, digits) + " " + change.unit + ", " + bound_text(*quantity);
     }
     lines.push_back(line + (change.moved.empty() ? "" : ", " + change.moved));
+  }
+}
+
+/// Adds the curves that rounding moves out of their tube, where the gate allows more than
+/// elsewhere.
+void describe_wide_spreads(const AcceptedCase& accepted, std::vector<std::string>& lines) {
+  for (const Figure& figure : accepted.outcome.figures) {
+    for (std::size_t n = 0; n < figure.series.size(); ++n) {
+      const std::string name = curve_name(figure, n);
+      const auto spread = accepted.spread.curves.find(name);
+      if (figure.y.logarithmic || spread == accepted.spread.curves.end()) { continue; }
+      const double allowed = spread_margin * spread->second;
+      const double tube = tube_around(figure, n).y;
+      if (!(allowed > tube)) { continue; }
+      lines.push_back(accepted.outcome.name + ": " + name + ": rounding moves it by " +
+                      plain_number(spread->second, 2) + ", so the gate allows " +
+                      plain_number(allowed, 2) + " in place of " + plain_number(tube, 2));
+    }
   }
 }
 
@@ -206,6 +282,7 @@ Baseline accept(const Baseline& old, const Acceptance& acceptance) {
   if (entry.cases.empty()) {
     throw InputError("nothing to approve; results with at least one case");
   }
+  require_named_failures(acceptance, entry.cases);
   measure_spreads(updated, acceptance);
   updated.ledger.push_back(std::move(entry));
   return updated;
@@ -219,6 +296,13 @@ std::vector<std::string> described_changes(const Baseline& old, const Baseline& 
       lines.push_back(now.outcome.name + ": new");
     } else {
       describe_case(*before, now, lines);
+    }
+    const bool taken = std::ranges::count(updated.ledger.back().cases, now.outcome.name) > 0;
+    if (taken) { describe_wide_spreads(now, lines); }
+    if (taken && fails(now.outcome)) {
+      lines.push_back(now.outcome.name + ": accepted although it is " +
+                      std::string(name_of(now.outcome.status)) +
+                      (now.outcome.reasons.empty() ? "" : ": " + now.outcome.reason()));
     }
   }
   for (const AcceptedCase& before : old.cases) {

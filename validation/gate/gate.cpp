@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "validation/number_text.hpp"
 
@@ -85,7 +87,50 @@ Change unguided(const Change& change) {
                plain_number(100.0 * allowed_share, 2) + " % either way");
 }
 
+bool is_count(const Quantity& q) { return is_counted(q.unit) || q.value == std::trunc(q.value); }
+
+/// Returns true for an error that became nothing: exactly zero, or rounding of something far
+/// larger. Such a result may have compared a thing with itself, or nothing with nothing.
+bool vanished(const Quantity& before, const Quantity& now, double rounding) {
+  if (is_count(before)) { return false; }
+  const double is = std::abs(now.value);
+  return is == 0.0 || (is <= rounding && rounding < vanishing * std::abs(before.value));
+}
+
+struct Floor {
+  std::string_view unit{};
+  double difference = 0.0;
+};
+
+/// Rounding of a position in a block of 0.1 m is 1e-17 m; some thousand of them make 1e-13 m, a
+/// thousandth of the size of an atom. The other floors follow from it.
+constexpr std::array<Floor, 18> floors{{
+    {"m", 1e-13},
+    {"mm", 1e-10},
+    {"um", 1e-7},
+    {"µm", 1e-7},
+    {"m/s", 1e-10},    // of the length in a millisecond
+    {"N", 1e-9},       // of the length with 1e4 N/m
+    {"mN", 1e-6},      //
+    {"Pa", 1e-5},      // of the force on a plunger of 1 cm^2
+    {"kPa", 1e-8},     //
+    {"mmHg", 1e-7},    //
+    {"J", 1e-12},      // of the force along a millimetre
+    {"mJ", 1e-9},      //
+    {"N s", 1e-12},    // of the force in a millisecond
+    {"N/m", 1e-9},     // of the force along a metre
+    {"N s/m", 1e-12},  // of the force at 1 m/s in a millisecond
+    {"s", 1e-13},      // of a time of a hundred seconds, a dozen roundings
+    {"1", 1e-13},      // some hundred roundings of one
+    {"", 1e-13},       // a ratio
+}};
+
 }  // namespace
+
+double floor_of(std::string_view unit) {
+  const auto* found = std::ranges::find(floors, unit, &Floor::unit);
+  return found == floors.end() ? 0.0 : found->difference;
+}
 
 std::string_view name_of(ChangeKind kind) {
   constexpr std::array<std::string_view, 7> names{"same",  "rounding", "within", "better",
@@ -99,11 +144,17 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
     return found(change, ChangeKind::broken, std::move(problem));
   }
   if (now.value == before.value) { return change; }
-  if (std::abs(now.value - before.value) <= spread_margin * spread) {
-    return found(change, ChangeKind::rounding,
-                 plain_number(std::abs(now.value - before.value), 2) + " " + before.unit,
-                 plain_number(spread_margin * spread, 2) + " " + before.unit);
+  const double difference = std::abs(now.value - before.value);
+  const auto absolute = [&](ChangeKind kind, double allowed) {
+    return found(change, kind, plain_number(difference, 2) + " " + before.unit,
+                 plain_number(allowed, 2) + " " + before.unit);
+  };
+  if (!before.judged() && before.uncertainty > 0.0) {
+    const double allowed = before.uncertainty + spread + floor_of(before.unit);
+    return absolute(difference <= allowed ? ChangeKind::within : ChangeKind::moved, allowed);
   }
+  const double rounding = std::max(spread_margin * spread, floor_of(before.unit));
+  if (difference <= rounding) { return absolute(ChangeKind::rounding, rounding); }
   if (before.unit == "digits") {
     return judged(change, before.value - now.value, allowed_digits, " digits");
   }
@@ -113,6 +164,10 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
   const double was = distance_from_good(before);
   const double is = distance_from_good(now);
   if (std::isnan(was) || std::isnan(is)) { return unguided(change); }
+  if (vanished(before, now, rounding)) {
+    return found(change, ChangeKind::broken,
+                 "vanished; an error of nothing cannot be judged, approve it if it is right");
+  }
   return judged(change, was == is ? 0.0 : std::log10(is / was), allowed_digits, " digits");
 }
 
@@ -223,13 +278,24 @@ double lag_in_samples(const std::vector<double>& x, const std::vector<double>& b
 
 namespace {
 
-double coordinate(double value, bool logarithmic) {
-  return logarithmic ? std::log10(std::abs(value)) : value;
+/// Returns the unit in the label of an axis: "N" of "force (N)"; empty for a ratio.
+std::string_view unit_of(const Axis& axis) {
+  const std::string_view label = axis.label;
+  const std::size_t begin = label.rfind('(');
+  return label.ends_with(')') && begin != label.npos
+             ? label.substr(begin + 1, label.size() - begin - 2)
+             : std::string_view();
 }
 
-std::vector<double> coordinates(const std::vector<double>& values, bool logarithmic) {
+/// Returns the position of a value on an axis. Values below the floor of the unit have no size.
+double coordinate(double value, const Axis& axis) {
+  if (!axis.logarithmic) { return value; }
+  return std::log10(std::isnan(value) ? value : std::max(std::abs(value), floor_of(unit_of(axis))));
+}
+
+std::vector<double> coordinates(const std::vector<double>& values, const Axis& axis) {
   std::vector<double> list(values);
-  for (double& each : list) { each = coordinate(each, logarithmic); }
+  for (double& each : list) { each = coordinate(each, axis); }
   return list;
 }
 
@@ -245,7 +311,7 @@ double range_of(const std::vector<double>& values) {
 double range_of_all(const Figure& figure) {
   std::vector<double> all;
   for (const Series& each : figure.series) { all.insert(all.end(), each.y.begin(), each.y.end()); }
-  return range_of(coordinates(all, figure.y.logarithmic));
+  return range_of(coordinates(all, figure.y));
 }
 
 /// Checks sizes and gaps: values that are not finite must be at the same positions.
@@ -285,8 +351,8 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 Path path_of(const Series& series, const Figure& figure) {
   Path path;
   for (std::size_t n = 0; n < series.x.size(); ++n) {
-    const double x = coordinate(series.x[n], figure.x.logarithmic);
-    const double y = coordinate(series.y[n], figure.y.logarithmic);
+    const double x = coordinate(series.x[n], figure.x);
+    const double y = coordinate(series.y[n], figure.y);
     if (!std::isfinite(x) || !std::isfinite(y)) { continue; }
     path.x.push_back(x);
     path.y.push_back(y);
@@ -314,6 +380,15 @@ Excess excess_of(const Path& before, const Path& now, double half_width_x, Serie
                       std::ranges::is_sorted(now.x) && !before.x.empty() && !now.x.empty();
   return curves ? largest_excess(before, now, half_width_x)
                 : excess_by_sample(before, now, half_width_x);
+}
+
+double edge_difference(const Figure& before, const Figure& now, std::size_t series) {
+  const Series& was = before.series[series];
+  const Series& is = now.series[series];
+  if (!obstacle_of_curve(was, is).empty()) { return std::nan(""); }
+  if (before.x.logarithmic || before.y.logarithmic) { return largest_difference(was.y, is.y); }
+  return excess_of(path_of(was, before), path_of(is, now), tube_around(before, series).x, was.style)
+      .y;
 }
 
 Change compare_within_tube(const Figure& before, const Figure& now, std::size_t series,
@@ -348,10 +423,11 @@ Change compare_edge(const Figure& before, const Figure& now, std::size_t series,
     return found(change, ChangeKind::broken, std::move(problem));
   }
   if (equal(was.x, is.x) && equal(was.y, is.y)) { return change; }
-  const double difference = largest_difference(was.y, is.y);
-  if (equal(was.x, is.x) && difference <= spread_margin * spread) {
+  const double difference = edge_difference(before, now, series);
+  const double rounding = std::max(spread_margin * spread, floor_of(unit_of(before.y)));
+  if (equal(was.x, is.x) && difference <= rounding) {
     return found(change, ChangeKind::rounding, plain_number(difference, 2),
-                 plain_number(spread_margin * spread, 2));
+                 plain_number(rounding, 2));
   }
   change = compare_within_tube(before, now, series, change);
   return change.fails() ? change : compare_lag(before, now, series, change);
@@ -369,16 +445,28 @@ Figure upper_edge(Figure figure, std::size_t series) {
 Tube tube_around(const Figure& figure, std::size_t series) {
   const Series& curve = figure.series[series];
   Tube tube;
-  const double own = range_of(coordinates(curve.y, figure.y.logarithmic));
+  const double own = range_of(coordinates(curve.y, figure.y));
   const double scale = std::max(own, least_range * range_of_all(figure));
   double greatest = 0.0;
   for (const double y : curve.y) {
     greatest = std::isfinite(y) ? std::max(greatest, std::abs(y)) : greatest;
   }
-  tube.x = tube_x * range_of(coordinates(curve.x, figure.x.logarithmic));
+  const double length = range_of(coordinates(curve.x, figure.x));
+  const auto samples = static_cast<double>(std::max<std::size_t>(curve.x.size(), 2) - 1);
+  tube.x = std::min(tube_x, tube_samples / samples) * length;
   // The range of a constant is its absolute value.
-  tube.y = figure.y.logarithmic ? tube_digits : tube_y * (scale > 0.0 ? scale : greatest);
+  const double range = scale > 0.0 ? scale : greatest;
+  tube.y =
+      figure.y.logarithmic ? tube_digits : std::max(tube_y * range, floor_of(unit_of(figure.y)));
   return tube;
+}
+
+double curve_difference(const Figure& before, const Figure& now, std::size_t series) {
+  const double lower = edge_difference(before, now, series);
+  const bool band = !before.series[series].y2.empty();
+  if (!band || now.series[series].y2.size() != now.series[series].y.size()) { return lower; }
+  return std::max(lower,
+                  edge_difference(upper_edge(before, series), upper_edge(now, series), series));
 }
 
 Change compare_curve(const Figure& before, const Figure& now, std::size_t series, double spread) {
@@ -448,9 +536,11 @@ void compare_by_name(const Items& before, const Items& now, Name name, const cha
       compare(one, *found);
     }
   }
-  for (const auto& one : now) {
-    if (std::ranges::find(before, one.*name, name) == before.end()) {
-      changes.push_back(broken(one.*name, std::string(what) + "is not in the baseline"));
+  for (auto one = now.begin(); one != now.end(); ++one) {
+    if (std::ranges::find(before, (*one).*name, name) == before.end()) {
+      changes.push_back(broken((*one).*name, std::string(what) + "is not in the baseline"));
+    } else if (std::ranges::find(now, (*one).*name, name) != one) {
+      changes.push_back(broken((*one).*name, std::string(what) + "is there twice"));
     }
   }
 }
@@ -475,6 +565,51 @@ void compare_figure(const AcceptedCase& accepted, const Figure& before, const Fi
   for (std::size_t n = 0; n < before.series.size(); ++n) {
     changes.push_back(
         compare_curve(before, now, n, spread_of(accepted.spread.curves, curve_name(before, n))));
+  }
+}
+
+/// Compares the texts of a case, such as the kernel. Those of the scene come first.
+void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change>& changes) {
+  const std::map<std::string, std::string> was = compared_texts(before);
+  const std::map<std::string, std::string> is = compared_texts(now);
+  std::vector<Change> found;
+  for (const auto& [name, text] : was) {
+    const auto other = is.find(name);
+    if (text == depends_on_rounding) { continue; }
+    if (other == is.end()) {
+      found.push_back(broken(name, "is gone" + (text.empty() ? "" : ", was " + text)));
+    } else if (other->second != text) {
+      found.push_back(broken(name, "is " + other->second + ", was " + text));
+    }
+  }
+  for (const auto& [name, text] : is) {
+    if (!was.contains(name)) {
+      found.push_back(broken(name, "is new" + (text.empty() ? "" : ": " + text)));
+    }
+  }
+  std::ranges::stable_partition(
+      found, [](const Change& change) { return change.item.starts_with(scene_prefix); });
+  std::ranges::move(found, std::back_inserter(changes));
+}
+
+/// Checks that events are in their order. Rounding may exchange events that are closer than the
+/// uncertainty of their times, but not two of one tick that stay there.
+void compare_order(const Outcome& before, const Outcome& now, std::vector<Change>& changes) {
+  std::vector<std::pair<const Quantity*, const Quantity*>> events;  // accepted and new, as new
+  for (const Quantity& event : now.quantities) {
+    const auto found = std::ranges::find(before.quantities, event.name, &Quantity::name);
+    if (!event.name.starts_with(event_prefix) || found == before.quantities.end()) { continue; }
+    for (const auto& [earlier, earlier_now] : events) {
+      const double apart = earlier->value - found->value;
+      const bool stay = apart == 0.0 && earlier_now->value == event.value;
+      const bool exchanged = earlier > &*found && (apart > found->uncertainty || stay);
+      if (!exchanged && !(earlier_now->value > event.value)) { continue; }
+      changes.push_back(broken(event.name, "is listed after " + earlier->name + ", at " +
+                                               plain_number(event.value) + " s and " +
+                                               plain_number(earlier_now->value) + " s"));
+      return;
+    }
+    events.emplace_back(&*found, &event);
   }
 }
 
@@ -552,6 +687,7 @@ CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
   const bool was_judged = accepted.outcome.status != Status::skip;
   const bool is_judged = now.status != Status::skip;
   if (was_judged && is_judged) {
+    compare_texts(accepted.outcome, now, changes);  // first, because they explain the others
     compare_by_name(accepted.outcome.quantities, now.quantities, &Quantity::name, "", changes,
                     [&](const Quantity& before, const Quantity& after) {
                       changes.push_back(compare_quantity(
@@ -561,6 +697,7 @@ CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
                     [&](const Figure& before, const Figure& after) {
                       compare_figure(accepted, before, after, changes);
                     });
+    compare_order(accepted.outcome, now, changes);
   }
   std::erase_if(changes, [](const Change& change) { return change.kind == ChangeKind::same; });
   CaseChanges result = concluded(now, std::move(changes));

@@ -48,7 +48,17 @@ inline constexpr double least_offset = 0.01;
 /// Factor on the measured spread of rounding, which varies by a decade from build to build.
 inline constexpr double spread_margin = 10.0;
 
-/// Compares two quantities; `spread` is the measured effect of rounding [unit of the quantity].
+/// An error may become smaller than its rounding only if it was not larger than that by 1 over
+/// this share: what vanishes was probably compared with itself.
+inline constexpr double vanishing = 1e-3;
+
+/// Returns the difference in a unit that rounding alone may cause around zero, however small the
+/// values are; 0 for a unit without such a difference. docs/gate.md has the table with reasons.
+double floor_of(std::string_view unit);
+
+/// Compares two quantities; `spread` is the measured effect of rounding [unit of the quantity]. A
+/// quantity without a bound that has an uncertainty, such as the time of an event, may move by its
+/// uncertainty and the spread.
 Change compare_quantity(const Quantity& before, const Quantity& now, double spread);
 
 // Distance of a curve from the tube around another curve.
@@ -81,9 +91,10 @@ Excess largest_excess(const Path& before, const Path& now, double half_width_x);
 // late (docs/gate.md).
 
 /// Half widths of the tube as shares of the ranges. In x: one sample of a second at 1 kHz, because
-/// rounding may move an event by one tick. In y: a fifth of the effect of one per cent of
-/// stiffness.
+/// rounding may move an event by one tick; at most `tube_samples` of a longer curve. In y: a fifth
+/// of the effect of one per cent of stiffness, and at least floor_of() the unit.
 inline constexpr double tube_x = 1e-3;
+inline constexpr double tube_samples = 2.0;
 inline constexpr double tube_y = 2e-3;
 /// Minimum range of a curve as a share of the largest range in its figure.
 inline constexpr double least_range = 0.01;
@@ -98,8 +109,13 @@ inline constexpr std::size_t least_samples_for_lag = 100;
 Tube tube_around(const Figure& figure, std::size_t series);
 
 /// Compares the series with the same index and label of two figures; `spread` is the measured
-/// effect of rounding on y.
+/// effect of rounding on y, see curve_difference().
 Change compare_curve(const Figure& before, const Figure& now, std::size_t series, double spread);
+
+/// Returns the largest difference in y of two series, for a curve on linear axes the largest excess
+/// over the tube in x: an event that moved by one tick is no difference. NaN if they cannot be
+/// compared.
+double curve_difference(const Figure& before, const Figure& now, std::size_t series);
 
 /// Returns the lag of `now` in samples, from a least-squares fit of the difference by a lag, a gain
 /// and an offset. NaN if the curve does not determine it, or if the lag explains less than half of

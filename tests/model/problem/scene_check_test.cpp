@@ -348,6 +348,29 @@ TEST("a scene has one tool at most, and neither drive nor syringe without one") 
   refuses(with_probe(), "probe", "has no skin", oscillating);
 }
 
+TEST("a crack needs no less force to begin than to grow, and speeds no exponent without a travel") {
+  Scene scene = good_scene();
+  scene.materials[0].cutting_force = 1.0;
+  refuses(scene, "material[0].puncture_force", "at least the cutting_force of 1 N",
+          [](Scene& s) { s.materials[0].puncture_force = 0.5; });
+  refuses(scene, "material[0].friction_exponent", "or friction_travel added",
+          [](Scene& s) { s.materials[0].friction_exponent = 0.2; });
+  scene.materials[0].puncture_force = 1.0;
+  scene.materials[0].friction_travel = 1e-3;
+  scene.materials[0].friction_exponent = 0.2;
+  accepts(scene);
+}
+
+TEST("the other hand has a share only in a needle that the thumb drives") {
+  Scene scene = good_scene();
+  scene.needle = Needle{};
+  scene.syringe = Syringe{};
+  refuses(scene, "syringe.hand_share", "thumb = \"drives\"",
+          [](Scene& s) { s.syringe->hand_share = 0.5; });
+  scene.syringe = Syringe{.thumb = Syringe::Thumb::drives, .hand_share = 0.5};
+  accepts(scene);
+}
+
 TEST("a drive ends deeper than it starts") {
   refuses(with_needle(), "drive.depth", "must be > from", [](Scene& s) { s.drive->depth = 0.0; });
 }

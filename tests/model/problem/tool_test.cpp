@@ -245,7 +245,8 @@ const double limit = syringe.thumb_force / syringe.plunger_area;
 
 SyringePressure pressed(int steps, double step, bool in_tissue = true) {
   SyringePressure p(syringe);
-  for (int n = 0; n < steps; ++n) { p.advance(step, in_tissue, TissueRole::tissue); }
+  const double resistance = p.resistance(in_tissue, TissueRole::tissue, {});
+  for (int n = 0; n < steps; ++n) { p.advance(step, resistance, syringe.thumb_force); }
   return p;
 }
 
@@ -260,15 +261,44 @@ TEST("the pressure rises in ligament to what the thumb holds, in air hardly, at 
 
 TEST("loss of resistance is a decay with R C to the pressure of the thumb's flow") {
   SyringePressure p(syringe);
-  while (p.pressure() < limit) { p.advance(1e-3, true, TissueRole::tissue); }
+  while (p.pressure() < limit) { p.advance(1e-3, syringe.tissue_resistance, syringe.thumb_force); }
   const double end = syringe.thumb_flow * syringe.epidural_resistance;
   const double rc = syringe.epidural_resistance * syringe.compliance;
   double t = 0.0;
   for (int n = 0; n < 50; ++n) {
-    p.advance(1e-3, true, TissueRole::epidural_space);
+    p.advance(1e-3, p.resistance(true, TissueRole::epidural_space, {}), syringe.thumb_force);
     t += 1e-3;
     CHECK_NEAR(p.pressure(), end + (limit - end) * std::exp(-t / rc), 1e-9 * limit);
   }
+}
+
+TEST("a thumb that drives the needle carries the reaction through the pressure, less friction") {
+  Syringe driven{.thumb = Syringe::Thumb::drives, .hand_share = 0.25, .plunger_friction = 0.5};
+  SyringePressure p(driven);
+  CHECK(p.thumb_limit(-3.0, false) == 0.0);
+  CHECK(p.thumb_limit(1e3, false) == driven.thumb_force);
+  for (int n = 0; n < 20000; ++n) {
+    p.advance(1e-3, driven.tissue_resistance, p.thumb_limit(8.0, false));
+  }
+  CHECK_NEAR(p.pressure() * driven.plunger_area, 6.0, 1e-9);
+  CHECK_NEAR(p.thumb(), 6.5, 1e-9);
+}
+
+TEST("a thumb that tests presses while the needle rests, and the pressure falls in between") {
+  const Syringe tested{.thumb = Syringe::Thumb::tests, .plunger_friction = 0.5};
+  SyringePressure p(tested);
+  const double resistance = 1e11;
+  for (int n = 0; n < 6000; ++n) { p.advance(1e-3, resistance, p.thumb_limit(8.0, true)); }
+  const double held =
+      std::min(tested.thumb_flow * resistance, (tested.thumb_force - 0.5) / tested.plunger_area);
+  CHECK_NEAR(p.pressure(), held, 1e-6 * held);
+  // The plunger is driven back to what its friction holds, and the fluid leaks.
+  p.advance(1e-3, resistance, p.thumb_limit(8.0, false));
+  CHECK(p.pressure() <= 0.5 / tested.plunger_area);
+  const double before = p.pressure();
+  for (int n = 0; n < 100; ++n) { p.advance(1e-3, resistance, 0.0); }
+  CHECK_NEAR(p.pressure(), before * std::exp(-0.1 / (resistance * tested.compliance)),
+             1e-9 * before);
 }
 
 }  // namespace

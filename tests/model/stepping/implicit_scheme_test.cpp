@@ -223,7 +223,7 @@ struct Setting {
     Response response;
     std::vector<std::size_t> begin(supports.size() + 1);
     std::iota(begin.begin(), begin.end(), 0U);
-    response.learn(std::move(supports), begin, -1, 1.0, 10, solve());
+    response.learn(std::move(supports), begin, 0, -1, 1.0, 10, solve());
     return response;
   }
   [[nodiscard]] Response::Solve solve() const {
@@ -257,7 +257,7 @@ TEST("a corrected solution is that of the saddle system") {
                                                 {3, 0.5, 1.0 / s.mass(3)},
                                                 {6, 0.5, 1.0 / s.mass(6)}};
   Response response;
-  response.learn(supports, {0, 2, 4}, 9, s.mass(9), 10, s.solve());
+  response.learn(supports, {0, 2, 4}, 0, 9, s.mass(9), 10, s.solve());
   const Eigen::Vector3d along(0.0, 0.6, 0.8);
   Eigen::Matrix<double, 2, 10> w;
   w.setZero();
@@ -288,6 +288,37 @@ TEST("a corrected solution is that of the saddle system") {
   right.head(10) = r;
   right.tail(2) = w * r.cwiseQuotient(s.mass);
   const Eigen::Matrix<double, 12, 1> exact = saddle.partialPivLu().solve(right);
+  CHECK_NEAR(x, VectorXd(exact.head(10)), 1e-12);
+}
+
+TEST("a force row adds its part to the matrix, beside a constraint") {
+  const Setting s = setting();
+  const std::vector<Response::Support> supports{{0, 1.0, 1.0 / s.mass(0)},
+                                                {3, 1.0, 1.0 / s.mass(3)}};
+  Response response;
+  response.learn(supports, {0, 1, 2}, 1, 9, s.mass(9), 10, s.solve());
+  const Eigen::Vector3d along(0.0, 0.6, 0.8);
+  response.clear();
+  response.add_row(0, 1, 0.0)[0] = Eigen::Vector3d::UnitX();
+  const auto force = response.add_force_row(0, 2, 1.0, 0.4);
+  force[0] = -0.3 * along;
+  force[1] = -0.7 * along;
+  response.factorise();
+  VectorXd w = VectorXd::Zero(10);
+  w.segment<3>(0) = -0.3 * along;
+  w.segment<3>(3) = -0.7 * along;
+  w(9) = 1.0;
+
+  const VectorXd r = VectorXd::LinSpaced(10, -1.0, 2.0);
+  VectorXd x = s.factors.solve(r);
+  response.correct(r, x);
+  Eigen::Matrix<double, 11, 11> saddle = Eigen::Matrix<double, 11, 11>::Zero();
+  saddle.topLeftCorner(10, 10) = s.p + w * w.transpose() / 0.4;
+  saddle(0, 10) = -1.0;
+  saddle(10, 0) = 1.0;
+  Eigen::Matrix<double, 11, 1> right;
+  right << r, r(0) / s.mass(0);
+  const Eigen::Matrix<double, 11, 1> exact = saddle.partialPivLu().solve(right);
   CHECK_NEAR(x, VectorXd(exact.head(10)), 1e-12);
 }
 

@@ -97,6 +97,74 @@ TEST("a tip under less than its cutting force does not creep") {
   CHECK_NEAR(run.tool.forces.stiffness, 0.08, 1e-9);
 }
 
+TEST("a crack begins at the puncture force and grows at the cutting force") {
+  for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {
+    Scene scene = timed(layered_scene(), 0.75, 1e-3, scheme);
+    for (Material& material : scene.materials) { material.friction = 0.0; }
+    scene.materials[0].puncture_force = 0.3;
+    scene.materials[1].puncture_force = 0.4;
+    Insertion run(scene);
+    double before = 0.0;
+    std::vector<double> at_puncture;
+    std::vector<double> while_cutting;
+    run.run([&] {
+      const ToolForces& f = run.tool.forces;
+      if (f.cutting > 0.0 && while_cutting.size() < 500) { while_cutting.push_back(f.cutting); }
+      if (before > 0.2 && f.stiffness == 0.0) { at_puncture.push_back(before); }
+      before = f.stiffness;
+    });
+    CHECK(run.names() == "contact puncture puncture loss-of-resistance");
+    REQUIRE(at_puncture.size() == 2);
+    // A tick of 1 ms moves the tip by 0.02 mm; the contact has some 200 N/m.
+    CHECK_NEAR(at_puncture[0], 0.3, 0.02);
+    CHECK_NEAR(at_puncture[1], 0.4, 0.02);
+    for (const double force : while_cutting) {
+      CHECK_NEAR(std::min(std::abs(force - 0.1), std::abs(force - 0.15)), 0.0, 0.0);
+    }
+  }
+}
+
+TEST("creeping friction of two tissues turns with the needle and balances its energy") {
+  for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {
+    Scene scene = timed(layered_scene(), 1.3, 1e-3, scheme);
+    scene.output.audit = true;
+    scene.drive = Drive{.speed = 0.02, .depth = 0.010, .hold = 0.2, .withdraw_speed = 0.02};
+    for (std::size_t n = 0; n < 2; ++n) {
+      Material& material = scene.materials[n];
+      material.friction = 20.0;
+      material.friction_travel = 1e-3;
+      material.friction_exponent = 0.2;
+    }
+    Insertion run(scene);
+    double largest = 0.0;
+    double least = 0.0;
+    double last = 0.0;
+    double jump = 0.0;
+    const double rest = run.simulation.energy();
+    run.run([&] {
+      const double friction = run.tool.forces.friction;
+      largest = std::max(largest, friction);
+      least = std::min(least, friction);
+      jump = std::max(jump, std::abs(friction - last));
+      last = friction;
+    });
+    const double full = 20.0 * 0.010 * std::pow(20.0, 0.2);  // sliding with the drive's speed
+    CHECK(largest > 0.3 * full);  // the tissue moves along, so it does not reach all of it
+    CHECK(largest < full);
+    CHECK(least < -0.3 * full);
+    CHECK(least > -full);
+    CHECK(run.tool.losses.friction > 0.0);
+    // 0.02 mm a tick: a fiftieth of the travel, in which the whole friction of 0.36 N develops.
+    CHECK(jump < full / 50.0);
+    CHECK_NEAR(last, 0.0, 1e-12);  // rounding at the skin
+    const ToolLosses& lost = run.tool.losses;
+    const double work = lost.hand + lost.jerk;
+    const double spent =
+        lost.cutting + lost.friction + lost.damping + lost.impact + run.simulation.energy() - rest;
+    CHECK_NEAR(spent / work, 1.0, 0.01);  // steps of first order
+  }
+}
+
 TEST("the hand's force, the tissue's and inertia balance") {
   Scene scene = timed(layered_scene(), 0.5, 1e-4);
   scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.25, .rise = 0.4};

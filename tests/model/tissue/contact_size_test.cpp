@@ -165,4 +165,45 @@ TEST("a face that moves by a spacing has the same shares, a node further") {
   }
 }
 
+TEST("a contact with a toe is a cone up to its toe and a flat punch beyond") {
+  const double c = 2e-3;
+  const double toe = 5e-3;
+  constexpr double rest = DentLaw::slope_at_rest;
+  // Without a grid the gap is the dent of the continuum (Sneddon 1965, and the slope at rest).
+  const DentLaw alone{.compliance = c, .continuum = c, .toe = toe};
+  for (const double dent : {1e-4, 1e-3, 4e-3}) {
+    CHECK_NEAR(alone.force(dent), (rest * dent + (1.0 - rest) * dent * dent / (2.0 * toe)) / c,
+               1e-12);
+  }
+  CHECK_NEAR(alone.force(9e-3), (9e-3 - 0.5 * (1.0 - rest) * toe) / c, 1e-12);
+  CHECK_NEAR(alone.slope(9e-3), 1.0 / c, 1e-9);
+}
+
+TEST("gap, slope and energy of a contact with a toe belong to its force") {
+  for (const double of_grid : {0.0, 0.4, 0.95}) {
+    const DentLaw law{.compliance = 2e-3 * (1.0 - of_grid), .continuum = 2e-3, .toe = 5e-3};
+    double energy = 0.0;
+    constexpr double step = 1e-6;
+    for (double gap = 0.0; gap < 8e-3; gap += step) {
+      energy += step * law.force(gap + 0.5 * step);
+    }
+    // The midpoint rule's error is of the second order in the step.
+    CHECK_NEAR(law.energy(8e-3), energy, 1e-6 * energy);
+    for (const double gap : {1e-4, 2e-3, 8e-3}) {
+      CHECK_NEAR(law.gap(law.force(gap)), gap, 1e-14);
+      const double slope = (law.force(gap + step) - law.force(gap - step)) / (2.0 * step);
+      CHECK_NEAR(law.slope(gap), slope, 1e-5 * slope);
+    }
+    CHECK(law.force(-1e-3) < 0.0);
+  }
+}
+
+TEST("the grid and a contact with a toe are together as soft as the continuum") {
+  const DentLaw alone{.compliance = 2e-3, .continuum = 2e-3, .toe = 5e-3};
+  const DentLaw above{.compliance = 0.5e-3, .continuum = 2e-3, .toe = 5e-3};
+  for (const double force : {0.01, 0.5, 3.0}) {
+    CHECK_NEAR(above.gap(force) + 1.5e-3 * force, alone.gap(force), 1e-15);
+  }
+}
+
 }  // namespace

@@ -116,6 +116,14 @@ TEST("a results.json that is cut, of another schema or without its traces is ref
     other.replace(other.find(found), found.size(), changed);
     CHECK_THROWS(results_from_json(other, "results.json"), reason);
   }
+  CHECK_THROWS(results_from_json("{\"schema\": 1, \"cases\": []}", "results.json"),
+               "it lacks title, command, provenance");
+  CHECK_THROWS(results_from_json("{\"schema\": 1, \"title\": \"\", \"command\": \"\", "
+                                 "\"provenance\": {}, \"cases\": [{\"name\": \"a\", "
+                                 "\"quantities\": [{\"name\": \"b\", \"value\": 1}]}]}",
+                                 "results.json"),
+               "cases[0] lacks suite, claim, status, skipped, message, seconds, tables, figures, "
+               "notes, timings; cases[0].quantities[0] lacks unit, lower, upper, bound_from");
   std::filesystem::remove_all(folder.path() / "traces");
   CHECK_THROWS(read_results_folder(folder.path()), "oscillator-order-rk4.h5");
   CHECK_THROWS(read_results_folder(folder.path() / "absent"), "absent");
@@ -179,11 +187,54 @@ TEST("a baseline is read as it was written, curves and all, and has the same byt
   CHECK(read.ledger[0].reason == "first");
   CHECK(read.ledger[0].commit == "abc");
   CHECK(read.cases[0].spread.runs == 1);
-  for (const std::string ending : {".h5", ".json"}) {
-    CHECK(io::read_bytes(folder / ("b" + ending), 1U << 24U) ==
-          io::read_bytes(folder / ("c" + ending), 1U << 24U));
-  }
+  const auto bytes = [](const std::filesystem::path& file) {
+    return io::read_bytes(file, 1U << 24U);
+  };
+  CHECK(bytes(folder / "b.json") == bytes(folder / "c.json"));
+  CHECK(bytes(read.curves) == bytes(read_baseline(folder / "c.json").curves));
+  CHECK(read.curves.filename().string().size() == std::string("b.0123456789ab.h5").size());
   CHECK_THROWS(write_baseline(folder / "d.h5", written), "another ending");
+}
+
+TEST("a new baseline replaces its own curves only, and one that cannot be written leaves the old") {
+  namespace fs = std::filesystem;
+  const scratch::Folder folder;
+  io::replace_file(folder / "b.h5", "of somebody else");
+  write_baseline(folder / "b.json", sample_baseline());
+  gate::Baseline changed = read_baseline(folder / "b.json");
+  const fs::path first = changed.curves;
+  changed.cases[0].outcome.figures[0].series[0].y[0] += 1.0;
+  write_baseline(folder / "b.json", changed);
+  CHECK(!fs::exists(first));
+  const fs::path second = read_baseline(folder / "b.json").curves;
+  CHECK(fs::exists(second));
+  CHECK(io::read_bytes(folder / "b.h5", 100) == "of somebody else");
+  // A folder in place of the file: the rename at the end fails.
+  fs::create_directory(folder / "c.json");
+  CHECK_THROWS(write_baseline(folder / "c.json", changed), "c.json");
+  CHECK(fs::exists(second));
+  CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator{}) == 4);
+}
+
+TEST("a baseline of the older version is read, unless it is of a run") {
+  const scratch::Folder folder;
+  write_baseline(folder / "b.json", sample_baseline());
+  const auto as_old = [&](const char* suite) {
+    const std::filesystem::path curves = read_baseline(folder / "b.json").curves;
+    const std::string bytes = io::read_bytes(curves, 1U << 24U);
+    io::replace_file(folder / "old.h5", bytes);
+    auto json = nlohmann::ordered_json::parse(io::read_text(folder / "b.json", 1U << 24U));
+    json["schema"] = 1;
+    json["curves"] = io::content_hash(bytes);
+    json["cases"][0]["suite"] = suite;
+    json.erase("seal");
+    json["seal"] = io::content_hash(json_text(json));
+    io::replace_file(folder / "old.json", json_text(json));
+  };
+  as_old("accuracy");
+  CHECK(read_baseline(folder / "old.json").cases.size() == 1);
+  as_old("run");
+  CHECK_THROWS(read_baseline(folder / "old.json"), "approve the run again");
 }
 
 TEST("every damage to the files of a baseline is refused") {

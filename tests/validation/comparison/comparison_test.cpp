@@ -5,6 +5,7 @@
 #include <regex>
 
 #include "tests/check.hpp"
+#include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
 namespace {
@@ -202,12 +203,83 @@ TEST("a force along the needle is compared with its own column") {
   CHECK(found.unit == "N");
 }
 
+TEST("an insertion is aligned by its contact and agrees with itself at another rate") {
+  const Recording recording = recording_of(InsertionLaw{}, "a law");
+  const Trace trace = trace_of(InsertionLaw{.rate = 500.0, .start = 1e-3});
+  const Comparison found = compare(recording, trace, {.quantity = QuantityKind::insertion});
+  CHECK(found.outcome.status == Status::pass);
+  CHECK(found.alignment.used == AlignmentRule::contact);
+  CHECK_NEAR(found.alignment.lag, 2.0, 0.012 + 1e-9);  // 4 mm at 2 mm/s; one sample of each
+  CHECK(found.features.size() == features_of(QuantityKind::insertion).size());
+  CHECK(found.of(Feature::puncture).status == Status::pass);
+  CHECK(found.recorded.start >= 0.5 - 0.012);             // not from before the contact
+  CHECK_NEAR(found.recorded_advance.end(), 20e-3, 2e-4);  // two steps of its grid
+  const Comparison fast = compare(recording, trace_of(InsertionLaw{.speed = 4e-3}),
+                                  {.quantity = QuantityKind::insertion});
+  CHECK(fast.alignment.how ==
+        "by the contact, at different speeds (2 mm/s recorded, 4 mm/s simulated)");
+}
+
+TEST("a puncture in one trace alone differs") {
+  const Recording recording = recording_of(InsertionLaw{}, "a law");
+  const Comparison found = compare(recording, trace_of(InsertionLaw{.left = 4.8, .rise = 20.0}),
+                                   {.quantity = QuantityKind::insertion});
+  CHECK(found.outcome.status == Status::fail);
+  CHECK(found.of(Feature::puncture).status == Status::fail);
+  CHECK(found.of(Feature::puncture_force).status == Status::skip);
+  CHECK(sentence_of(found.of(Feature::puncture)) ==
+        "puncture: not found in the simulated trace, found in the recorded one: differs");
+}
+
+TEST("a recording without the compared signal is refused") {
+  const Recording recording = recording_of(InsertionLaw{}, "a law");
+  const Comparison found = compare(recording, clinical::trace_of(ticks, pressures({}, ticks)));
+  CHECK(found.outcome.status == Status::error);
+  CHECK(found.outcome.reasons.front() == "pressure was not recorded");
+  Recording without_depth = recording;
+  without_depth.depth.clear();
+  const Comparison blind =
+      compare(without_depth, trace_of(InsertionLaw{}), {.quantity = QuantityKind::insertion});
+  CHECK(blind.outcome.reasons.front() ==
+        "no contact in the recording, which needs a depth and a force");
+}
+
+TEST("clocks that coincide are not shifted, and then times are judged") {
+  const Recording recording = clinical::recording_of(ticks, pressures({}, ticks));
+  const Trace late = clinical::trace_of(ticks, pressures({.delay = 0.7}, ticks));
+  const Comparison found = compare(recording, late, {.alignment = AlignmentRule::clock});
+  CHECK(found.alignment.lag == 0.0);
+  CHECK(found.alignment.judges_times());
+  CHECK(found.of(Feature::time_of_loss).status == Status::fail);
+  CHECK_NEAR(found.of(Feature::time_of_loss).error, 0.7, 0.01);  // a sample
+}
+
+TEST("features that agree do not hide a curve that is rated poor") {
+  const Recording recording = clinical::recording_of(ticks, pressures({}, ticks));
+  std::vector<double> other = pressures({}, ticks);
+  // Before the slope and after the plateau, where no feature is measured.
+  for (std::size_t n = 0; n < other.size(); ++n) {
+    if (ticks[n] < 3.0 || ticks[n] > 11.5) { other[n] = 58.0 * pascals_per_mmhg; }
+  }
+  const Comparison found = compare(recording, clinical::trace_of(ticks, other));
+  for (const FeatureComparison& one : found.features) {
+    CHECK((one.status == Status::pass || one.status == Status::skip));
+  }
+  REQUIRE(found.rating.has_value());
+  CHECK(grade_of(found.rating->overall) == "poor");
+  CHECK(found.only_curve_differs);
+  CHECK(found.outcome.status == Status::fail);
+  REQUIRE(!found.outcome.reasons.empty());
+  CHECK(found.outcome.reasons.front().starts_with("features agree, curve does not: rated 0."));
+}
+
 TEST("every feature has one tolerance, in order, with its origin and limits that follow from it") {
-  for (const QuantityKind kind : {QuantityKind::pressure, QuantityKind::force}) {
+  for (const QuantityKind kind :
+       {QuantityKind::pressure, QuantityKind::force, QuantityKind::insertion}) {
     const std::vector<Tolerance> all = default_tolerances(kind);
-    REQUIRE(all.size() == feature_count);
+    REQUIRE(all.size() == features_of(kind).size());
     for (std::size_t n = 0; n < all.size(); ++n) {
-      CHECK(all[n].feature == static_cast<Feature>(n));
+      CHECK(all[n].feature == features_of(kind)[n]);
       CHECK(!all[n].origin.empty());
     }
   }

@@ -6,6 +6,7 @@
 
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
+#include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
 namespace {
@@ -368,6 +369,126 @@ TEST("noise on samples is measured to a tenth and makes every feature uncertain"
        {Feature::peak, Feature::plateau, Feature::drop_time, Feature::slope_before}) {
     CHECK(noisy[feature].uncertainty > clean[feature].uncertainty);
   }
+}
+
+const FeatureRule of_insertion{.set = FeatureSet::insertion};
+
+Features features_of_law(const InsertionLaw& law, double cutoff = 0.0) {
+  const Recording recording = recording_of(law, "a law");
+  const PreparedTrace prepared =
+      prepare({recording.time, recording.force, recording.depth}, cutoff, of_insertion);
+  REQUIRE(prepared.refusal.empty());
+  return prepared.features;
+}
+
+void check_feature(const Features& features, Feature feature, double expected, double tolerance) {
+  check::row = std::string(name_of(feature));
+  REQUIRE(features[feature].value.has_value());
+  CHECK_NEAR(*features[feature].value, expected, tolerance);
+  check::row.clear();
+}
+
+TEST("the features of an insertion are those of its law") {
+  const InsertionLaw law;
+  const Features found = features_of_law(law);
+  constexpr double sample = 2e-5;  // [m] advance between two samples
+  check_feature(found, Feature::puncture, 1.0, 0.0);
+  check_feature(found, Feature::puncture_force, law.puncture, 1e-9);
+  check_feature(found, Feature::puncture_depth, law.dent, sample);
+  // The contact is found up to a sample late: p d/dd of log d at a tenth of the dent, averaged.
+  check_feature(found, Feature::denting_exponent, law.exponent, law.exponent * sample / 1.2e-3);
+  check_feature(found, Feature::force_left, law.left, 1e-9);
+  check_feature(found, Feature::largest_force, law.puncture, 1e-9);
+  check_feature(found, Feature::second_rise, law.rise * (law.end - law.dent - law.fall), 1e-9);
+  const double in_5_s = law.relaxed * (1.0 - std::exp(-5.0 / law.relaxation_time));
+  // The force is averaged over the last 0.2 s, half of it earlier.
+  const double slope = law.relaxed / law.relaxation_time * std::exp(-4.8 / law.relaxation_time);
+  check_feature(found, Feature::relaxation, in_5_s, 0.2 * slope);
+  const double after = -law.relaxation_time * std::log(1.0 - 0.63 * in_5_s / law.relaxed);
+  check_feature(found, Feature::relaxation_time, after, 0.03);  // 0.63 of the averaged drop
+  check_feature(found, Feature::withdrawal_force, law.pulled, 1e-9);
+  check_feature(found, Feature::withdrawal_depth, law.pulled_at, sample);
+  CHECK_NEAR(found.phases.speed, law.speed, 1e-9);
+  CHECK_NEAR(*found.phases.contact_time.value, law.start / law.speed, 0.01 + 1e-9);  // a sample
+}
+
+TEST("the filter and noise change the features of an insertion within what they say") {
+  const InsertionLaw law;
+  Recording recording = recording_of(law, "a law");
+  device::Seeded seeded(3);
+  clinical::add_noise(recording.force, 0.0095, seeded);  // that of a rig of phantoms
+  const Features found =
+      prepare({recording.time, recording.force, recording.depth}, 20.0, of_insertion).features;
+  CHECK_NEAR(found.noise, 0.0095, 0.1 * 0.0095);
+  const Features exact = features_of_law(law, 20.0);
+  for (const Feature feature : features_of(FeatureSet::insertion)) {
+    check::row = std::string(name_of(feature));
+    REQUIRE(found[feature].value.has_value());
+    // Four standard uncertainties; extremes of noisy samples are biased by about two.
+    CHECK_NEAR(*found[feature].value, *exact[feature].value,
+               4.0 * found[feature].uncertainty + 1e-12);
+    if (!is_event(feature)) { CHECK(found[feature].uncertainty > 0.0); }
+  }
+  check::row.clear();
+  // The filter rounds the peak: 20 N/s for 1/(2 pi 20 Hz).
+  CHECK_NEAR(*exact[Feature::puncture_force].value, law.puncture, 20.0 / 125.0);
+}
+
+TEST("a puncture is the first drop of 15 % within 1 mm, and no other dip") {
+  CHECK(*features_of_law({.left = 4.4, .rise = 0.0})[Feature::puncture].value == 0.0);  // 12 %
+  const Features absent = features_of_law({.left = 4.4, .rise = 0.0});
+  CHECK(absent[Feature::puncture_force].reason == "no drop of 15 % within 1 mm; 12 % at most");
+  CHECK(!absent[Feature::denting_exponent].value);
+  CHECK(absent[Feature::largest_force].value);
+  CHECK(*features_of_law({.left = 4.2, .rise = 0.0})[Feature::puncture].value == 1.0);  // 16 %
+  const Features slow = features_of_law({.fall = 6e-3, .rise = 0.0});  // 60 % within 6 mm
+  CHECK(*slow[Feature::puncture].value == 0.0);
+  CHECK(slow[Feature::puncture_force].reason == "no drop of 15 % within 1 mm; 10 % at most");
+}
+
+TEST("a fall of the force at rest is a relaxation and no puncture") {
+  const Features found = features_of_law({.end = 11.5e-3, .pulled_at = 8e-3});  // above the dent
+  CHECK(*found[Feature::puncture].value == 0.0);
+  CHECK(found[Feature::relaxation].value);
+}
+
+TEST("what an insertion does not show is absent with its reason") {
+  const Features without_hold = features_of_law({.hold = 0.5});
+  CHECK(without_hold[Feature::relaxation].reason == "no hold of 1 s at full depth");
+  CHECK(features_of_law({.hold = 3.0})[Feature::relaxation].reason ==
+        "a hold of 3 s; 4.5 s needed");
+  const Features stiff = features_of_law({.relaxed = 0.0});
+  check_feature(stiff, Feature::relaxation, 0.0, 1e-12);
+  CHECK(stiff[Feature::relaxation_time].reason == "the force does not fall in the hold");
+  const InsertionLaw law;
+  Recording recording = recording_of(law, "a law");
+  const auto end = static_cast<std::size_t>(law.rate * (law.advance_time() + law.hold));
+  for (auto* values : {&recording.time, &recording.force, &recording.depth}) {
+    values->resize(end);
+  }
+  const Features stays =
+      prepare({recording.time, recording.force, recording.depth}, 0.0, of_insertion).features;
+  CHECK(stays[Feature::withdrawal_force].reason == "the needle is not withdrawn");
+  CHECK(stays[Feature::relaxation].value);
+  const Features shallow =
+      prepare({recording.time, recording.force, {}}, 0.0, of_insertion).features;
+  CHECK(shallow[Feature::puncture].reason == "depth was not recorded");
+  check_feature(shallow, Feature::largest_force, law.puncture, 1e-9);
+  const Features untouched = features_of_law({.preload = 0.0, .factor = 0.01});
+  CHECK(untouched[Feature::puncture].reason ==
+        "no contact: the force never stays above 0.1 N over 1 mm");
+  CHECK(!untouched.phases.contact);
+}
+
+TEST("a gap in the fall after a puncture does not hide the puncture") {
+  const InsertionLaw law;
+  Recording recording = recording_of(law, "a law");
+  const auto puncture = static_cast<std::size_t>(law.rate * (law.start + law.dent) / law.speed);
+  for (std::size_t n = 1; n < 10; ++n) { recording.force[puncture + n] = not_measured; }
+  const Features found =
+      prepare({recording.time, recording.force, recording.depth}, 0.0, of_insertion).features;
+  check_feature(found, Feature::puncture_force, law.puncture, 1e-9);
+  check_feature(found, Feature::force_left, law.left, 1e-9);
 }
 
 TEST("features have units of the trace, and each has its own name") {

@@ -3,6 +3,7 @@
 #include "validation/comparison/group_comparison.hpp"
 
 #include "tests/check.hpp"
+#include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
 namespace {
@@ -97,6 +98,122 @@ TEST("a trace that leaves the corridor differs, also if its features agree") {
   CHECK_CONTAINS(no_event.outcome.reasons.front(), "in the corridor of 5 subjects");
 }
 
+/// Insertions with two needles whose forces and depths have a mean of 1 and a standard deviation of
+/// 0.0316.
+std::vector<Recording> repeats() {
+  std::vector<Recording> all;
+  for (const double factor : {0.96, 0.98, 1.0, 1.02, 1.04}) {
+    all.push_back(recording_of(InsertionLaw{.exponent = 1.4 * factor,
+                                            .dent = 12e-3 * factor,
+                                            .relaxed = 0.4 * factor,
+                                            .relaxation_time = 1.2 * factor,
+                                            .pulled_at = 15e-3 * factor,
+                                            .factor = factor},
+                               std::to_string(factor)));
+    all.back().group = "skin";
+    all.back().subject = factor < 1.0 ? "needle 2" : "needle 3";
+  }
+  return all;
+}
+const GroupOptions of_insertion{.comparison = {.quantity = QuantityKind::insertion}};
+
+TEST("of a phantom every recording counts, and two deviations over the repeats are the tolerance") {
+  const GroupComparison found = compare_all(repeats(), trace_of(InsertionLaw{}), of_insertion);
+  REQUIRE(found.groups.size() == 1);
+  const GroupSummary& group = found.groups.front();
+  CHECK(group.subjects == 5);
+  CHECK(group.phantoms == 5);
+  CHECK(group.measured == 0);
+  REQUIRE(group.corridor.has_value());
+  CHECK(group.corridor->subjects == 5);
+  REQUIRE(group.advance_corridor.has_value());
+  const FeatureComparison& force = found.recordings[0].of(Feature::puncture_force);
+  const double deviation = std::sqrt(0.001);  // of 0.96 ... 1.04, (16 + 4 + 0 + 4 + 16) 1e-4 / 4
+  const double puncture = *found.recordings[2].recorded_features[Feature::puncture_force].value;
+  CHECK_NEAR(force.tolerance.absolute, 2.0 * deviation * puncture, 1e-3 * puncture);
+  CHECK(force.tolerance.relative == 0.0);
+  CHECK(force.tolerance.origin == "two standard deviations over 5 recordings of the group");
+  CHECK(group.outcome.reason() == "");
+  CHECK(group.outcome.status == Status::pass);
+  CHECK(group.coverage.holds);
+  const FeatureComparison& mean = group.means[1];
+  CHECK(mean.feature == Feature::puncture_force);
+  // u_D is the standard error of the mean; the recordings have no noise, and a gain of 1 %.
+  CHECK_NEAR(mean.uncertainty.data, puncture * std::hypot(deviation / std::sqrt(5.0), 0.01),
+             1e-3 * puncture);
+}
+
+TEST("an insertion beyond the spread of the repeats differs") {
+  const GroupComparison found =
+      compare_all(repeats(), trace_of(InsertionLaw{.factor = 1.2}), of_insertion);
+  CHECK(found.outcome.status == Status::fail);
+  CHECK(!found.groups.front().only_curve_differs);
+  CHECK(found.groups.front().means[1].status == Status::fail);
+}
+
+TEST(
+    "the uncertainty of the measurement is the least tolerance of repeats, and a given one stays") {
+  std::vector<Recording> same(3, recording_of(InsertionLaw{}, "one"));
+  device::Seeded seeded(3);
+  clinical::add_noise(same.front().force, 0.02, seeded);
+  for (Recording& one : same) { one.force = same.front().force; }
+  const GroupComparison found = compare_all(same, trace_of(InsertionLaw{}), of_insertion);
+  const FeatureComparison& force = found.recordings[0].of(Feature::puncture_force);
+  CHECK_NEAR(force.tolerance.absolute, 4.0 * force.recorded.uncertainty, 1e-12);
+  CHECK(force.tolerance.origin.starts_with("twice the expanded uncertainty of the measurement"));
+  GroupOptions options = of_insertion;
+  options.comparison.tolerances = {{.feature = Feature::puncture_force, .absolute = 0.7}};
+  const GroupComparison given = compare_all(same, trace_of(InsertionLaw{}), options);
+  CHECK(given.recordings[0].of(Feature::puncture_force).tolerance.absolute == 0.7);
+  same.pop_back();
+  const GroupComparison two = compare_all(same, trace_of(InsertionLaw{}), of_insertion);
+  CHECK(two.recordings[0].of(Feature::puncture_force).tolerance.origin.starts_with("assumption"));
+}
+
+TEST("features that agree with the repeats do not hide a curve outside their corridor") {
+  const InsertionLaw law;
+  Trace trace = trace_of(law);
+  for (std::size_t n = 0; n < trace.time.size(); ++n) {
+    const double depth = law.depth_at(trace.time[n]);
+    const bool withdrawn = trace.time[n] > law.advance_time() + law.hold;
+    // Added to 6 of 25 s, in which no feature is measured.
+    if (withdrawn && depth > 2e-3 && depth < 14e-3) {
+      trace.columns[0].values[n] += 4.0 * std::pow(std::sin((depth - 2e-3) / 12e-3 * 3.1416), 2);
+    }
+  }
+  const GroupComparison found = compare_all(repeats(), trace, of_insertion);
+  CHECK(found.outcome.status == Status::fail);
+  CHECK(found.groups.front().only_curve_differs);
+  CHECK_CONTAINS(found.outcome.reasons.front(), "features agree, curve does not: ",
+                 "of samples lie in the corridor of 5 recordings; 90 % needed");
+  const GroupComparison strong =
+      compare_all(repeats(), trace_of(InsertionLaw{.factor = 1.5}), of_insertion);
+  CHECK(!strong.groups.front().coverage.holds);
+  CHECK(!strong.groups.front().only_curve_differs);
+}
+
+TEST("a puncture is what most recordings of a group show") {
+  std::vector<Recording> all = repeats();
+  Recording none = recording_of(InsertionLaw{.left = 4.8, .rise = 20.0}, "none");
+  none.group = "skin";
+  all.push_back(none);
+  const GroupComparison found = compare_all(all, trace_of(InsertionLaw{}), of_insertion);
+  CHECK(found.groups.front().means[0].feature == Feature::puncture);
+  CHECK(found.groups.front().means[0].status == Status::pass);
+  CHECK(found.groups.front().features[1].count == 5);
+}
+
+TEST("recordings of a phantom are no evidence about subjects") {
+  const GroupComparison found = compare_all(repeats(), trace_of(InsertionLaw{}), of_insertion);
+  for (const CredibilityFactor& factor : credibility({}, &found)) {
+    if (factor.activity != "validation") { continue; }
+    CHECK(factor.shown == Shown::not_shown);
+    if (factor.factor != "test samples") { continue; }
+    CHECK(factor.evidence ==
+          "not shown: no measured recording was compared; 5 of a measured phantom are no subjects");
+  }
+}
+
 TEST("a simulation that ends before its event can be detected leaves the verdict open") {
   const GroupComparison one = lean(cut_trace());
   for (const Outcome& outcome : {one.outcome, one.recordings[2].outcome}) {
@@ -163,8 +280,8 @@ TEST("the verdict of a group does not depend on the order of its recordings") {
   const GroupComparison backward = compare_all(all, simulated());
   const std::vector<FeatureComparison>& a = forward.groups.front().means;
   const std::vector<FeatureComparison>& b = backward.groups.front().means;
-  REQUIRE(a.size() == feature_count);
-  REQUIRE(b.size() == feature_count);
+  REQUIRE(a.size() == features_of(QuantityKind::pressure).size());
+  REQUIRE(b.size() == a.size());
   for (std::size_t n = 0; n < a.size(); ++n) {
     CHECK(a[n].status == b[n].status);
     CHECK_NEAR(a[n].quantity.uncertainty, b[n].quantity.uncertainty,

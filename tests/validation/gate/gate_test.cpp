@@ -21,6 +21,9 @@ TEST("a quantity may move by the allowance of its kind, and not out of its bound
   // Between two bounds the middle is the truth, and a hundredth of the way is nothing.
   const Quantity order{.name = "order", .lower = 1.85, .upper = 2.15, .bound_from = "theory"};
   const Quantity free{.name = "energy", .unit = "J"};
+  const Quantity force{.name = "lateral force", .unit = "N"};
+  const Quantity event{.name = "event: contact", .unit = "s", .uncertainty = 2e-3};
+  const Quantity failures{.name = "failures", .upper = 5.0, .bound_from = "theory"};
   const Quantity work{.name = "tick", .unit = "instructions"};
   const Quantity digits{.name = "digits", .unit = "digits"};
   using enum ChangeKind;
@@ -34,10 +37,15 @@ TEST("a quantity may move by the allowance of its kind, and not out of its bound
       {error, 1e-6, 1e-6 * std::pow(10.0, 0.099), within},  // a tenth of a digit
       {error, 1e-6, 1e-6 * std::pow(10.0, 0.101), worse},
       {error, 1e-6, 1e-6 / 2.0, better},
-      {error, 0.0, 1e-15, worse},
-      {error, 1e-15, 0.0, better},
-      {error, 0.0, 9e-16, rounding, 1e-16},  // ten times the measured rounding
-      {error, 0.0, 2e-15, worse, 1e-16},
+      {error, 0.0, 0.9e-13, rounding},  // the floor of the unit
+      {error, 0.0, 1.1e-13, worse},
+      {error, 1e-15, 0.0, rounding},
+      {error, 0.0, 9e-12, rounding, 1e-12},  // ten times the measured rounding
+      {error, 0.0, 1.1e-11, worse, 1e-12},
+      {error, 1e-6, 0.0, broken},  // vanished
+      {error, 1e-6, 1e-14, broken},
+      {error, 0.9e-10, 1e-14, better},  // less than a thousand floors
+      {failures, 3.0, 0.0, better},     // a count may
       {error, 1e-6, nan, broken, 1.0},
       {error, 1e-6, unbounded, broken, 1.0},
       {error, 1e-6, -unbounded, broken, 1.0},
@@ -53,6 +61,12 @@ TEST("a quantity may move by the allowance of its kind, and not out of its bound
       {free, 2.0, 2.021, moved},
       {free, 2.0, 1.979, moved},
       {free, 2.0, -2.0, moved},
+      {force, 0.0, 0.9e-9, rounding},
+      {force, 0.0, 1.1e-9, moved},
+      {event, 1.0, 1.0019, within},  // two ticks
+      {event, 1.0, 1.0021, moved},
+      {event, 1.0, 1.0029, within, 1e-3},  // and the spread, once
+      {event, 1.0, 1.0031, moved, 1e-3},
       {work, 1e6, 1.0099e6, within},
       {work, 1e6, 1.0101e6, worse},
       {work, 1e6, 0.98e6, better},
@@ -124,6 +138,13 @@ Figure errors(double factor) {
   return figure;
 }
 
+/// Small relative errors on a logarithmic axis.
+Figure ratios(double level) {
+  Figure figure = drawn([level](double x) { return level * (1.0 + x); }, 11);
+  figure.y = {.label = "largest error / peak", .logarithmic = true};
+  return figure;
+}
+
 /// Band above the wave, of which one sample of the upper edge is changed.
 Figure band(double by) {
   Figure figure = drawn(wave);
@@ -133,9 +154,16 @@ Figure band(double by) {
   return figure;
 }
 
+/// Rupture in a curve of ten seconds at 1 kHz.
+Figure long_rupture(double at) {
+  Figure figure = drawn([at](double t) { return 10.0 * t < at ? 2.0 + t : 0.5 * t; }, 10001);
+  for (double& x : figure.series[0].x) { x *= 10.0; }
+  return figure;
+}
+
 /// Small curve beside the wave.
 Figure small_beside_large(double factor) {
-  Figure figure = drawn([factor](double t) { return factor * 1e-9 * t; });
+  Figure figure = drawn([factor](double t) { return factor * 1e-6 * t; });
   figure.series.push_back(drawn(wave).series[0]);
   return figure;
 }
@@ -174,8 +202,14 @@ TEST("a curve passes within the tube around its baseline and is moved outside it
       {"errors beyond a tenth of a digit", errors(1.0), errors(1.3), moved},
       {"constant, whose range is its height", level(5.0), level(5.009), within},
       {"constant beyond it", level(5.0), level(5.011), moved},
-      {"zero has no range", level(0.0), level(1e-12), moved},
-      {"rounding of zero", level(0.0), level(1e-16), rounding, 1e-16},
+      {"event two ticks of ten seconds early", long_rupture(5.0), long_rupture(4.998), within},
+      {"event three ticks of ten seconds early", long_rupture(5.0), long_rupture(4.997), moved},
+      {"below the floor", level(0.0), drawn([](double t) { return 0.9e-9 * t; }), rounding},
+      {"above the floor", drawn([](double t) { return 0.9e-9 * t; }),
+       drawn([](double t) { return 2e-9 * t; }), moved},
+      {"errors below the floor of a ratio", ratios(1e-17), ratios(1e-14), rounding},
+      {"errors that reach the floor", ratios(1e-14), ratios(2e-13), moved},
+      {"rounding of zero", level(0.0), level(9e-9), rounding, 1e-9},
       {"range of the larger curve", small_beside_large(1.0), small_beside_large(1.5), within},
       {"same band", band(0.0), band(0.0), same},
       {"upper edge of a band", band(0.0), band(0.1), moved},
@@ -287,8 +321,77 @@ TEST("errors and NaN are not approved, and the spread is that of other builds") 
   const Baseline baseline = accept({}, acceptance);
   CHECK_NEAR(baseline.cases[0].spread.quantities.at("error"), 0.5e-5, 1e-18);
   CHECK(baseline.cases[0].spread.runs == 2);
+  acceptance.variants = {{sample("a", 1e-5)}};
+  acceptance.variants[0][0].report("event: contact", 1.0, "s");
+  CHECK_THROWS(accept({}, acceptance), "event: contact is in a variant only");
   acceptance.variants = {{sample("b", 1e-5)}};
   CHECK_THROWS(accept({}, acceptance), "is not in a variant");
+}
+
+TEST("a failing case is accepted only by name, and the approval says so") {
+  Outcome failing = sample("a", 2e-3);
+  CHECK(failing.status == Status::fail);
+  CHECK_THROWS(accepted({failing}), "a: is fail; a case that passes, or --accept-failing a");
+  const Baseline baseline =
+      accept({}, {.reason = "known", .outcomes = {failing}, .failing = {"a"}});
+  CHECK(described_changes({}, baseline).back() == "a: accepted although it is fail");
+  CHECK(accept(baseline, {.reason = "b", .outcomes = {failing, pair[1]}, .only = {"b"}})
+            .cases.size() == 2);
+}
+
+/// Outcome of a run with two events and one text.
+Outcome run_with(double first, double second, const std::string& kernel) {
+  Outcome outcome{.name = "run", .suite = "run", .claim = "scene"};
+  const auto event = [&](const char* name, double at) {
+    outcome.judge({.name = name, .value = at, .unit = "s", .uncertainty = 2e-3});
+  };
+  event("event: contact", first);
+  event("event: puncture", second);
+  outcome.tables.push_back(
+      make_table(std::string(text_table), "", "", {"name", "text"}, {{"kernel", kernel}}));
+  return outcome;
+}
+
+TEST("events may be exchanged by rounding only, and a changed text is named with both") {
+  const auto verdict = [](Outcome before, Outcome now, bool exchanged) {
+    if (exchanged) { std::swap(now.quantities[0], now.quantities[1]); }
+    return compared({std::move(before)}, {std::move(now)});
+  };
+  CHECK(verdict(run_with(1.0, 1.001, "a"), run_with(1.001, 1.0, "a"), true).holds());
+  CHECK(verdict(run_with(1.0, 1.001, "a"), run_with(1.0, 1.002, "a"), false).holds());
+  const GateResult same_tick = verdict(run_with(1.0, 1.0, "a"), run_with(1.0, 1.0, "a"), true);
+  CHECK_CONTAINS(same_tick.cases[0].outcome.reason(), "event: contact is listed after");
+  CHECK(!verdict(run_with(1.0, 1.01, "a"), run_with(1.0, 1.01, "a"), true).holds());
+  const GateResult other = verdict(run_with(1.0, 2.0, "a"), run_with(1.0, 2.0, "b"), false);
+  CHECK_CONTAINS(other.cases[0].outcome.reason(), "kernel is b, was a");
+  Outcome without = run_with(1.0, 2.0, "a");
+  without.tables.clear();
+  CHECK_CONTAINS(verdict(run_with(1.0, 2.0, "a"), without, false).cases[0].outcome.reason(),
+                 "kernel is gone, was a");
+  CHECK_CONTAINS(verdict(without, run_with(1.0, 2.0, "a"), false).cases[0].outcome.reason(),
+                 "kernel is new: a");
+}
+
+TEST("a warning of some variants is not compared, and a moved event widens no curve") {
+  Outcome first = run_with(1.0, 2.0, "a");
+  first.tables[0].rows.push_back({"warning: too coarse", ""});
+  first.figures.push_back(rupture(0.5));
+  Outcome variant = run_with(1.0, 2.001, "a");
+  variant.tables[0].rows.push_back({"warning: too fast", ""});
+  variant.figures.push_back(rupture(0.499));
+  const Baseline baseline =
+      accept({}, {.reason = "r", .outcomes = {first}, .variants = {{variant}}});
+  CHECK(compare(baseline, {.outcomes = {first}}).holds());
+  CHECK(compare(baseline, {.outcomes = {variant}}).holds());
+  variant.tables[0].rows.push_back({"warning: too slow", ""});
+  CHECK(!compare(baseline, {.outcomes = {variant}}).holds());
+  // The force falls by 2 N within a tick; along the curve it grows by 1e-3 N a tick.
+  CHECK(baseline.cases[0].spread.curves.at("f: curve") < 1.1e-3);
+  CHECK_NEAR(baseline.cases[0].spread.quantities.at("event: puncture"), 1e-3, 1e-15);
+  CHECK_THROWS(accept({}, {.reason = "r",
+                           .outcomes = {run_with(1.0, 2.0, "a")},
+                           .variants = {{run_with(1.0, 2.0, "b")}}}),
+               "kernel differs in a variant");
 }
 
 TEST("every damage to a result fails the gate") {

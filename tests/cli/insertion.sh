@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# Insertions into a phantom: import of several files with a preset, and their comparison with a trace.
+set -euo pipefail
+palpate=$1 source=$2 out=$3
+rm -rf "$out"
+mkdir -p "$out"
+fail() { echo "$1"; exit 1; }
+
+# Insertions with forces scaled by $1 and a dent of $3 mm: advance from 5 mm above the tissue to 20 mm, hold, withdrawal.
+insertion() {
+  awk -v factor="$1" -v kind="$2" -v dent="$3" 'BEGIN {
+    print kind == "rig" ? "time,fz,px,py,pz" : "time_s,tool.depth_m,tool.force_n,tool.layer"
+    for (n = 0; n <= 3050; ++n) {
+      t = n / 100; path = t < 12.5 ? 2 * t : t < 18 ? 25 : 25 - 2 * (t - 18); d = path - 5
+      if (t < 12.5) f = d <= 0 ? 0 : d < dent ? 5 * (d / dent) ^ 1.4 : d < dent + 0.4 ? 5 - 7.5 * (d - dent) : 2 + 0.15 * (d - 12.4)
+      else if (t < 18) f = 3.14 * (1 - 0.03 * dent * (1 - exp(-(t - 12.5) / (0.1 * dent))))
+      else { low = dent + 3; f = d < 0 ? 0 : d < low ? -1.5 * d / low : -1.5 + (d - low) * 3.39 / (20 - low) }
+      if (kind == "rig") printf "%d,%.6f,0,0,%.6f\n", t * 1e6, factor * f + 0.25, path
+      else printf "%.6f,%.8f,%.6f,%s\n", t, d * 1e-3, factor * f, (d > 0 ? "skin" : "")
+    }
+  }'
+}
+for n in 1 2 3 4; do insertion "0.9$((2 * n))" rig "1$n" >"$out/skin_2_0_2_${n}_x.csv"; done
+insertion 0.95 trace 12.5 >"$out/trace.csv"
+
+"$palpate" import "$out"/skin_*.csv --preset needle-insertion-app --out "$out/recordings" >"$out/import.log"
+[ "$(ls "$out/recordings")" = "$(for n in 1 2 3 4; do echo "skin_2_0_2_${n}_x.h5"; done)" ] || fail "not four files"
+[ "$(grep -c '^measured phantom: no patient$' "$out/import.log")" -eq 4 ] || fail "the kind is not told"
+grep -q '^depth as the distance of "px", "py", "pz" in mm from the first sample$' "$out/import.log" || fail "no path"
+
+# The built-in preset is the file of the same name.
+"$palpate" import "$out/skin_2_0_2_1_x.csv" --preset "$source/fixtures/presets/needle-insertion-app.json" --out "$out/by-file" --quiet
+"$palpate" import "$out/skin_2_0_2_1_x.csv" --preset needle-insertion-app --out "$out/built-in" --quiet
+cmp "$out/by-file/recording.csv" "$out/built-in/recording.csv" || fail "the built-in preset differs from its file"
+head -1 "$out/built-in/recording.csv" | grep -qx 'time_s,depth_m,force_n,kind' || fail "columns of recording.csv"
+
+status=0
+"$palpate" import "$out/skin_2_0_2_1_x.csv" "$out/recordings/skin_2_0_2_1_x.h5" --out "$out/twice" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] || fail "two files of one name: exit status $status"
+grep -q 'the same name as' "$out/stderr" || fail "two files of one name: unclear message"
+[ ! -e "$out/twice" ] || fail "two files of one name: something was written"
+
+"$palpate" compare "$out/recordings" --trace "$out/trace.csv" --out "$out/agrees" >"$out/compare.log" || { cat "$out/compare.log"; fail "differs"; }
+grep -q '^Agrees: The simulated insertion was judged against 4 recordings of a measured phantom' "$out/compare.log" || fail "verdict"
+grep -q '"quantity": "insertion"' "$out/agrees/comparison.json" || fail "the quantity is not chosen from the recordings"
+grep -q 'two standard deviations over 4 recordings of the group' "$out/agrees/comparison.json" || fail "tolerances"
+grep -qE '[0-9] measured recording' "$out/agrees/report.html" && fail "a phantom is called measured"
+
+insertion 1.3 trace 12.5 >"$out/strong.csv"
+status=0
+"$palpate" compare "$out/recordings" --trace "$out/strong.csv" --out "$out/differs" >"$out/compare.log" || status=$?
+[ "$status" -eq 1 ] || fail "exit status $status where the forces differ"
+grep -q 'puncture force: 6.' "$out/compare.log" || fail "the puncture force is not named"
+
+status=0
+"$palpate" transducer "$out/recordings/skin_2_0_2_1_x.h5" --stdio --fast >/dev/null 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] || fail "a force is sent as a pressure"
+grep -q 'has no pressure' "$out/stderr" || fail "unclear message about the pressure"
