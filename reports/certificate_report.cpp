@@ -14,6 +14,8 @@ namespace {
 
 using namespace certificate;
 
+const std::string no_seal(64, '0');  // in the place of the seal while it is computed
+
 /// Name of an event: "puncture: skin".
 std::string name_of_event(const CertificateReport& report, const ToolHappening& event) {
   return report.happening_name ? report.happening_name(event)
@@ -436,11 +438,36 @@ std::string to_json(const CertificateReport& report) {
            "inputs", list_of(report.inputs, of_input), "subject_sha256",
            text_or_null(report.subject_hash), "code_hash", report.code_hash, "program_sha256",
            report.program_hash, "histogram_sha256", io::sha256(to_csv(report)));
-  const std::string no_seal(64, '0');
   json["seal"] = no_seal;
   std::string text = json_text(json, 2);
   const std::string seal = io::sha256(text);
   return text.replace(text.rfind(no_seal), seal.size(), seal);
+}
+
+SealedVerdict verified_certificate(const std::string& json, const std::string& histogram,
+                                   const std::string& file) {
+  constexpr const char* allowed = "a certificate.json as palpate certify wrote it";
+  SealedVerdict sealed;
+  std::string seal;
+  std::string hash_of_histogram;
+  try {
+    const Json content = parse_json(json);
+    sealed = {.verdict = content.at("verdict"), .reason = content.at("reason")};
+    seal = content.at("seal");
+    hash_of_histogram = content.at("histogram_sha256");
+  } catch (const std::exception& problem) { throw json_trouble(file, json, problem, allowed); }
+  std::string zeroed = json;
+  const std::size_t place = seal.size() == no_seal.size() ? json.rfind(seal) : json.npos;
+  if (place != json.npos) { zeroed.replace(place, seal.size(), no_seal); }
+  if (place == json.npos || io::sha256(zeroed) != seal) {
+    throw InputError(file + ": was changed since it was written; " + allowed);
+  }
+  if (io::sha256(histogram) != hash_of_histogram) {
+    throw InputError(file +
+                     ": histogram.csv beside it is not the one that it seals; the file of "
+                     "the same run");
+  }
+  return sealed;
 }
 
 std::string to_html(const CertificateReport& report) {

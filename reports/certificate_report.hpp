@@ -53,6 +53,17 @@ std::string to_json(const CertificateReport& report);
 std::string to_csv(const CertificateReport& report);  ///< histograms of tick times
 std::string to_html(const CertificateReport& report);
 
+/// Verdict and reason of a certificate whose seal fits.
+struct SealedVerdict {
+  std::string verdict{};
+  std::string reason{};
+};
+
+/// Returns what a certificate.json says, given the contents of it and of its histogram.csv. Throws
+/// InputError, which begins with the name of the file, if its seal or the histogram does not fit.
+SealedVerdict verified_certificate(const std::string& json, const std::string& histogram,
+                                   const std::string& file);
+
 /// Phase with its name, such as "the scene, load cpu". Phases of the heaviest load come first.
 struct NamedPhase {
   std::string name{};

@@ -38,6 +38,7 @@ struct CertifyOptions : CommonOptions {
   std::optional<double> rate{};  ///< tick rate [Hz]; empty: the rate of the scene
   double duration = 10.0;        ///< duration of each phase [s]
   double max_miss_rate = certificate::Claim{}.max_miss_rate;
+  bool verify = false;               ///< `scene` is a certificate.json
   std::optional<double> deadline{};  ///< deadline [us]; empty: the period
   std::vector<std::string> loads{};  ///< load types; empty: idle
   bool ordinary = false;  ///< if true, no real-time scheduling and no locked memory are requested
@@ -365,8 +366,26 @@ void tell(const CertificateReport& report, const Outcome& outcome,
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
+/// Compares a certificate.json and the histogram.csv beside it with its seal. Throws InputError if
+/// they differ.
+int verify(const CertifyOptions& options) {
+  constexpr std::size_t most_bytes = 1U << 26U;
+  const std::filesystem::path& file = options.scene;
+  const SealedVerdict sealed = verified_certificate(
+      io::read_text(file, most_bytes),
+      io::read_text(file.parent_path() / "histogram.csv", most_bytes), file.string());
+  if (!options.quiet) {
+    std::printf("unchanged since it was written; %s: %s\n", io::printable(sealed.verdict).c_str(),
+                io::printable(sealed.reason).c_str());
+  }
+  return sealed.verdict == verdict_word(Status::pass)   ? done
+         : sealed.verdict == verdict_word(Status::fail) ? fell_short
+                                                        : machine_cannot;
+}
+
 int run_certify(const CertifyOptions& options) {
   catch_interrupts();
+  if (options.verify) { return verify(options); }
   for (const std::string& load : options.loads) {
     if (is_own_load(load) || load == "stress-ng") { continue; }
     throw InputError("--load " + load + ": unknown; " + std::string(own_loads) + " or stress-ng");
@@ -443,6 +462,9 @@ void add_certify(Program& program) {
   add_subject_options(command, options.subject);
   command.add_flag("--ordinary", options.ordinary,
                    "ordinary scheduling and memory: no certificate, but all figures");
+  command.add_flag("--verify", options.verify,
+                   "SCENE is a certificate.json: run nothing, refuse it with exit code 2 if it or "
+                   "histogram.csv beside it was changed, else end as it says");
   command.footer(
       "Writes certificate.json, histogram.csv and report.html; docs/certificate.md explains the "
       "claims\nand how to prepare a machine. Exit codes: 0 certified, 1 not certified, 2 bad "

@@ -75,6 +75,20 @@ seal=$(key network seal)
 [ "$seal" = "$(sed "s/\"seal\": \"$seal\"/\"seal\": \"$(printf '0%.0s' {1..64})\"/" "$out/network/certificate.json" |
   sha256sum | cut -c -64)" ] || fail "the seal does not fit"
 
+# --verify: an unchanged certificate ends as it says, a changed one is refused.
+verified() { "$palpate" certify --verify "$out/network/certificate.json" >"$out/said" 2>"$out/errors"; }
+status=0
+verified || status=$?
+check "$out/network" "$status"
+grep -q '^unchanged since it was written; ' "$out/said" || fail "$(cat "$out/said" "$out/errors")"
+cp "$out/network/certificate.json" "$out/whole.json"
+sed -i 's/"nodes": 2,/"nodes": 3,/' "$out/network/certificate.json"
+status=0
+verified || status=$?
+[ "$status" -eq 2 ] || fail "exit status $status of a changed certificate"
+grep -q 'certificate.json: was changed since it was written' "$out/errors" || fail "$(cat "$out/errors")"
+mv "$out/whole.json" "$out/network/certificate.json"
+
 # Too little evidence is never certified: one tick, and a needle that does not arrive.
 check_refused() {  # folder, part of the reason where the environment qualifies
   [ "$(key "$1" verdict)" != certified ] || fail "$1 is certified"

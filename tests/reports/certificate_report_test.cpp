@@ -116,6 +116,31 @@ TEST("the seal is the hash of the file with zeros in its place, and covers the h
   CHECK(Json::parse(to_json(other))["seal"] != seal);
 }
 
+TEST("a certificate or a histogram that was changed is refused, and an unchanged one is read") {
+  const CertificateReport report = sample(0);
+  const std::string text = to_json(report);
+  const std::string histogram = to_csv(report);
+  const SealedVerdict sealed = verified_certificate(text, histogram, "c.json");
+  CHECK(sealed.verdict == "certified");
+  CHECK(sealed.reason == std::string(Json::parse(text)["reason"]));
+  const auto refused = [&](const std::string& part, const std::string& other) {
+    std::string changed = text;
+    changed.replace(changed.find(part), part.size(), other);
+    CHECK(changed != text);
+    CHECK_THROWS_AS(InputError, verified_certificate(changed, histogram, "c.json"), "was changed");
+  };
+  refused("\"certified\"", "\"environment not qualified\"");
+  refused("\"misses\": 0", "\"misses\": 1");
+  refused("\"seal\": \"", "\"seal\": \"0");
+  CHECK_THROWS_AS(InputError, verified_certificate(text + "\n", histogram, "c.json"),
+                  "was changed");
+  CHECK_THROWS_AS(InputError, verified_certificate(text, histogram + "\n", "c.json"),
+                  "c.json: histogram.csv");
+  CHECK_THROWS_AS(InputError, verified_certificate("{}", histogram, "c.json"), "verdict");
+  CHECK_THROWS_AS(InputError, verified_certificate(text.substr(0, 100), histogram, "c.json"),
+                  "c.json");
+}
+
 TEST("bins without any tick are left out, and each column counts every tick") {
   const std::string csv = to_csv(sample(2));
   CHECK(csv ==
