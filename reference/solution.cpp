@@ -6,7 +6,6 @@
 #include <bit>
 #include <boost/version.hpp>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
 #include <gsl/gsl_version.h>
 #include <span>
@@ -16,15 +15,12 @@ namespace palpate::reference {
 
 namespace {
 
-/// Hash of two FNV-1a sums with different offsets over all added bytes.
-class Digest {
+/// Bytes of all added numbers, in order.
+class Numbers {
  public:
   void add(double value) {
-    const auto bytes = std::bit_cast<std::array<std::uint8_t, sizeof value>>(value);
-    for (const std::uint8_t byte : bytes) {
-      for (std::uint64_t& sum : sums_) { sum = (sum ^ byte) * 0x100000001b3ULL; }
-      sums_[1] = std::rotl(sums_[1], 7);
-    }
+    const auto bytes = std::bit_cast<std::array<char, sizeof value>>(value);
+    bytes_.append(bytes.data(), bytes.size());
   }
   void add(const Eigen::Ref<const Eigen::VectorXd>& values) {
     add(static_cast<double>(values.size()));
@@ -33,21 +29,15 @@ class Digest {
   void add(std::span<const double> values) {
     add(Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())));
   }
-  [[nodiscard]] std::string text() const {
-    std::array<char, 40> buffer{};
-    std::snprintf(buffer.data(), buffer.size(), "%016llx%016llx",
-                  static_cast<unsigned long long>(sums_[0]),
-                  static_cast<unsigned long long>(sums_[1]));
-    return buffer.data();
-  }
+  [[nodiscard]] const std::string& bytes() const { return bytes_; }
 
  private:
-  std::array<std::uint64_t, 2> sums_{0xcbf29ce484222325ULL, 0x9ae16a3b2f90404fULL};
+  std::string bytes_{};
 };
 
 /// Adds forces and activation times at states around the start, which depend on all data of a
 /// problem.
-void add_probes(Digest& digest, const Problem& problem, const std::vector<double>& times) {
+void add_probes(Numbers& numbers, const Problem& problem, const std::vector<double>& times) {
   const Eigen::VectorXd start = problem.initial_position();
   const Eigen::VectorXd velocity = problem.initial_velocity();
   Eigen::VectorXd q = start;
@@ -61,72 +51,80 @@ void add_probes(Digest& digest, const Problem& problem, const std::vector<double
     }
     const double t = times.back() * (0.13 + 0.29 * probe);
     problem.force(t, t, q, v, f);
-    digest.add(f);
-    digest.add(problem.energy(q, v));
+    numbers.add(f);
+    numbers.add(problem.energy(q, v));
   }
 }
 
-void add_network(Digest& digest, const NetworkProblem& problem) {
+void add_network(Numbers& numbers, const NetworkProblem& problem) {
+  for (const std::size_t count : {problem.network().springs.size(), problem.network().laws.size(),
+                                  problem.network().cells.size(), problem.loads().size()}) {
+    numbers.add(static_cast<double>(count));
+  }
   for (const Spring& s : problem.network().springs) {
-    digest.add(std::array{static_cast<double>(s.a), static_cast<double>(s.b), s.stiffness,
-                          s.viscosity, s.rest_length});
+    numbers.add(std::array{static_cast<double>(s.a), static_cast<double>(s.b), s.stiffness,
+                           s.viscosity, s.rest_length});
   }
   for (const MaterialLaw& law : problem.network().laws) {
     const Stiffening& s = law.stiffening;
-    digest.add(std::array{static_cast<double>(s.law), s.rate, s.quadratic, s.cubic, s.largest});
-    for (const RelaxationBranch& b : law.branches) { digest.add(std::array{b.share, b.time}); }
+    numbers.add(std::array{static_cast<double>(s.law), s.rate, s.quadratic, s.cubic, s.largest});
+    for (const RelaxationBranch& b : law.branches) { numbers.add(std::array{b.share, b.time}); }
   }
   if (!problem.network().laws.empty()) {
-    for (const Spring& s : problem.network().springs) { digest.add(static_cast<double>(s.law)); }
+    for (const Spring& s : problem.network().springs) { numbers.add(static_cast<double>(s.law)); }
     for (const VolumeCell& cell : problem.network().cells) {
-      digest.add(static_cast<double>(cell.law));
+      numbers.add(static_cast<double>(cell.law));
     }
   }
   for (const VolumeCell& cell : problem.network().cells) {
-    for (const int node : cell.nodes) { digest.add(static_cast<double>(node)); }
-    digest.add(std::array{cell.stiffness, cell.viscosity, cell.collapse, cell.volume});
+    for (const int node : cell.nodes) { numbers.add(static_cast<double>(node)); }
+    numbers.add(std::array{cell.stiffness, cell.viscosity, cell.collapse, cell.volume});
   }
   for (const Load& load : problem.loads()) {
-    digest.add(load.start);
-    digest.add(load.end);
-    digest.add(static_cast<double>(load.profile));
-    digest.add(Eigen::VectorXd(load.force));
-    for (const int node : load.nodes) { digest.add(static_cast<double>(node)); }
+    numbers.add(load.start);
+    numbers.add(load.end);
+    numbers.add(static_cast<double>(load.profile));
+    numbers.add(Eigen::VectorXd(load.force));
+    numbers.add(static_cast<double>(load.nodes.size()));
+    for (const int node : load.nodes) { numbers.add(static_cast<double>(node)); }
   }
-  digest.add(Eigen::VectorXd(problem.gravity()));
+  numbers.add(Eigen::VectorXd(problem.gravity()));
 }
 
 }  // namespace
 
-std::string cache_key(const std::string& solver, const Problem& problem,
+std::string cache_key(const std::string& code, const std::string& solver, const Problem& problem,
                       const std::vector<double>& times, const Tolerance& tolerance) {
-  Digest digest;
-  digest.add(problem.mass());
-  digest.add(problem.initial_position());
-  digest.add(problem.initial_velocity());
-  digest.add(problem.breaks());
-  digest.add(problem.shortest_feature());
-  digest.add(times);
-  add_probes(digest, problem, times);
+  Numbers numbers;
+  numbers.add(problem.mass());
+  numbers.add(problem.initial_position());
+  numbers.add(problem.initial_velocity());
+  numbers.add(problem.breaks());
+  numbers.add(problem.shortest_feature());
+  numbers.add(times);
+  add_probes(numbers, problem, times);
   if (const auto* network = dynamic_cast<const NetworkProblem*>(&problem)) {
-    add_network(digest, *network);
+    add_network(numbers, *network);
   }
-  std::array<char, 160> numbers{};
-  std::snprintf(numbers.data(), numbers.size(), "rtol=%.17g position=%.17g velocity=%.17g dof=%ld",
-                tolerance.relative, tolerance.position_scale, tolerance.velocity_scale,
+  std::array<char, 160> settings{};
+  std::snprintf(settings.data(), settings.size(),
+                "rtol=%.17g position=%.17g velocity=%.17g dof=%ld", tolerance.relative,
+                tolerance.position_scale, tolerance.velocity_scale,
                 static_cast<long>(problem.dof()));
   return "solver=" + solver +
          " SUNDIALS=" SUNDIALS_VERSION " GSL=" GSL_VERSION " Boost=" BOOST_LIB_VERSION
-         " format=1 " +
-         numbers.data() + " problem=" + digest.text();
+         " format=2 " +
+         settings.data() + " code=" + code + "\n" + numbers.bytes();
 }
 
 Trace solve_cached(const Cache* cache, const std::string& solver, Solver compute,
                    const Problem& problem, const std::vector<double>& times,
                    const Tolerance& tolerance) {
-  if (cache == nullptr || !cache->load) { return compute(problem, times, tolerance); }
-  const std::string key = cache_key(solver, problem, times, tolerance);
-  if (std::optional<Trace> kept = cache->load(key)) { return *std::move(kept); }
+  if (cache == nullptr) { return compute(problem, times, tolerance); }
+  const std::string key = cache_key(cache->code, solver, problem, times, tolerance);
+  if (cache->load) {
+    if (std::optional<Trace> kept = cache->load(key)) { return *std::move(kept); }
+  }
   Trace solution = compute(problem, times, tolerance);
   if (cache->save) { cache->save(key, solution); }
   return solution;

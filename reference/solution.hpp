@@ -45,13 +45,16 @@ using Solver = Solve*;
 // error. The key contains everything that the solution depends on.
 
 struct Cache {
+  std::string code{};  ///< hash of the program and of the libraries that compute the solutions
+  /// Returns the kept solution of a key; empty function: nothing is read.
   std::function<std::optional<Trace>(const std::string& key)> load{};
   std::function<void(const std::string& key, const Trace& solution)> save{};
 };
 
-/// Returns the key of a solver on a problem: solver, version, tolerances, times and every number of
-/// the problem (masses, initial values, forces and Jacobian along a probe motion, breaks).
-std::string cache_key(const std::string& solver, const Problem& problem,
+/// Returns the key of a solver on a problem: a line of text with solver, versions, tolerances and
+/// `code`, then the bytes of the times and of every number of the problem (masses, initial values,
+/// springs, loads, forces at probe states, breaks).
+std::string cache_key(const std::string& code, const std::string& solver, const Problem& problem,
                       const std::vector<double>& times, const Tolerance& tolerance);
 
 /// Returns the solution from the cache, or computes and stores it. `cache` may be nullptr.

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "fixtures/io/file_bytes.hpp"
 #include "reports/results/results_json.hpp"
 
 namespace palpate {
@@ -13,11 +14,17 @@ namespace {
 
 using namespace certificate;
 
-/// Name of the event at the given tick: "puncture: skin"; empty if there is none.
+const std::string no_seal(64, '0');  // in the place of the seal while it is computed
+
+/// Name of an event: "puncture: skin".
+std::string name_of_event(const CertificateReport& report, const ToolHappening& event) {
+  return report.happening_name ? report.happening_name(event)
+                               : std::string(palpate::name_of(event.event));
+}
+
+/// Name of the last event at the given tick; empty if there is none.
 std::string happening_at(const CertificateReport& report, const Moment& moment) {
-  if (!moment.happening) { return {}; }
-  return report.happening_name ? report.happening_name(*moment.happening)
-                               : std::string(palpate::name_of(moment.happening->event));
+  return moment.happening ? name_of_event(report, *moment.happening) : "";
 }
 
 std::string place_of(const CertificateReport& report, bool empty, const Peak& worst) {
@@ -261,12 +268,18 @@ std::string headline(Status status) {
 
 std::vector<Fact> claim_facts(const CertificateReport& report) {
   const Certificate& all = report.result;
-  std::vector<Fact> facts{{"scene", report.file, report.scene_hash},
-                          {"rate", quantity(all.claim.rate, "Hz"),
-                           "a release every " + quantity(us * all.claim.period(), "us")},
-                          {"deadline", quantity(us * all.claim.deadline, "us"),
-                           "from the scheduled release until the tick is done"},
-                          {"allowed", "no miss", "under any load, nor by a provoked tick"}};
+  std::vector<Fact> facts{
+      {"scene", report.file,
+       std::to_string(report.nodes) + " nodes, " + std::to_string(report.springs) +
+           " springs; hash of all that ran " + report.scene_hash},
+      {"rate", quantity(all.claim.rate, "Hz"),
+       "a release every " + quantity(us * all.claim.period(), "us")},
+      {"deadline", quantity(us * all.claim.deadline, "us"),
+       "from the scheduled release until the tick is done"},
+      {"allowed", "no miss", "under any load, nor by a provoked tick"},
+      {"ticks needed", std::to_string(ticks_needed(all.claim.max_miss_rate)),
+       "under each load, for fewer than one miss in " +
+           short_number(1.0 / all.claim.max_miss_rate, 6) + " ticks with 95 % confidence"}};
   if (const LoadResult* worst = all.worst(); worst != nullptr && worst->scene.record.ticks() > 0) {
     facts.push_back({"miss probability",
                      "below " + short_number(worst->miss_probability_upper(), 3),
@@ -401,6 +414,14 @@ std::string to_json(const CertificateReport& report) {
     return object("load", load.load, "control", phase_json(report, load.control), "scene",
                   phase_json(report, load.scene), "tail", tail_json(load.tail));
   };
+  const auto of_input = [](const auto& input) {
+    return object("file", input.first, "sha256", input.second);
+  };
+  const auto of_event = [&](const Happened& each) {
+    const long tick = static_cast<long>(each.tick);
+    return object("event", name_of_event(report, each.happening), "scene_s", each.happening.time,
+                  "tick", tick, "in_loop", tick < worst.scene.record.ticks());
+  };
   Json json = object("schema", 1, "verdict", verdict_word(outcome.status), "reason",
                      outcome.reason(), "interrupted", all.interrupted, "scene", report.file,
                      "title", report.title, "scene_hash", report.scene_hash, "rate_hz",
@@ -410,8 +431,43 @@ std::string to_json(const CertificateReport& report) {
   add_keys(json, "control", phase_json(report, worst.control), "tail", tail_json(worst.tail),
            "compute_budget", budget_json(report), "missed_tick", missed_tick_json(all.missed_tick),
            "environment", environment, "loads", list_of(all.loads, of_load), "notes", all.notes,
-           "command", report.command, "provenance", report.provenance);
-  return json_text(json, 2);
+           "command", report.command, "provenance", report.provenance, "max_miss_rate",
+           all.claim.max_miss_rate, "ticks_needed", ticks_needed(all.claim.max_miss_rate), "events",
+           list_of(all.budget.happenings, of_event), "events_absent", all.budget.absent, "nodes",
+           report.nodes, "springs", report.springs, "resolved_scene", report.resolved_scene,
+           "inputs", list_of(report.inputs, of_input), "subject_sha256",
+           text_or_null(report.subject_hash), "code_hash", report.code_hash, "program_sha256",
+           report.program_hash, "histogram_sha256", io::sha256(to_csv(report)));
+  json["seal"] = no_seal;
+  std::string text = json_text(json, 2);
+  const std::string seal = io::sha256(text);
+  return text.replace(text.rfind(no_seal), seal.size(), seal);
+}
+
+SealedVerdict verified_certificate(const std::string& json, const std::string& histogram,
+                                   const std::string& file) {
+  constexpr const char* allowed = "a certificate.json as palpate certify wrote it";
+  SealedVerdict sealed;
+  std::string seal;
+  std::string hash_of_histogram;
+  try {
+    const Json content = parse_json(json);
+    sealed = {.verdict = content.at("verdict"), .reason = content.at("reason")};
+    seal = content.at("seal");
+    hash_of_histogram = content.at("histogram_sha256");
+  } catch (const std::exception& problem) { throw json_trouble(file, json, problem, allowed); }
+  std::string zeroed = json;
+  const std::size_t place = seal.size() == no_seal.size() ? json.rfind(seal) : json.npos;
+  if (place != json.npos) { zeroed.replace(place, seal.size(), no_seal); }
+  if (place == json.npos || io::sha256(zeroed) != seal) {
+    throw InputError(file + ": was changed since it was written; " + allowed);
+  }
+  if (io::sha256(histogram) != hash_of_histogram) {
+    throw InputError(file +
+                     ": histogram.csv beside it is not the one that it seals; the file of "
+                     "the same run");
+  }
+  return sealed;
 }
 
 std::string to_html(const CertificateReport& report) {

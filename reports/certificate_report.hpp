@@ -26,7 +26,14 @@ struct EnvironmentFact {
 struct CertificateReport {
   std::string file{};  ///< file name of the scene, without folder
   std::string title{};
-  std::string scene_hash{};
+  std::string scene_hash{};      ///< SHA-256 over the five items below
+  std::string resolved_scene{};  ///< the scene that ran, with every key
+  std::vector<std::pair<std::string, std::string>> inputs{};  ///< name and SHA-256 of each file
+  std::string subject_hash{};  ///< SHA-256 of the library of another simulator than the model
+  std::string code_hash{};     ///< of the object code that computes
+  std::string program_hash{};  ///< SHA-256 of the program's file; not in scene_hash
+  long nodes = 0;
+  long springs = 0;
   certificate::Certificate result{};
   std::vector<EnvironmentFact> environment{};
   std::optional<double> cycles_per_second{};  ///< of the time stamp counter, if constant [1/s]
@@ -40,9 +47,22 @@ struct CertificateReport {
 inline constexpr std::array<std::pair<const char*, double>, 5> shown_percentiles{
     {{"p50", 0.5}, {"p90", 0.9}, {"p99", 0.99}, {"p99.9", 0.999}, {"p99.99", 0.9999}}};
 
+/// Contents of certificate.json. Its last key `seal` is the SHA-256 of the file with 64 zeros in
+/// the place of the seal; the seal covers the SHA-256 of histogram.csv.
 std::string to_json(const CertificateReport& report);
 std::string to_csv(const CertificateReport& report);  ///< histograms of tick times
 std::string to_html(const CertificateReport& report);
+
+/// Verdict and reason of a certificate whose seal fits.
+struct SealedVerdict {
+  std::string verdict{};
+  std::string reason{};
+};
+
+/// Returns what a certificate.json says, given the contents of it and of its histogram.csv. Throws
+/// InputError, which begins with the name of the file, if its seal or the histogram does not fit.
+SealedVerdict verified_certificate(const std::string& json, const std::string& histogram,
+                                   const std::string& file);
 
 /// Phase with its name, such as "the scene, load cpu". Phases of the heaviest load come first.
 struct NamedPhase {

@@ -15,6 +15,7 @@
 
 #include "device/real_time.hpp"
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scene_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/certificate_report.hpp"
 #include "reports/cli/commands.hpp"
@@ -34,8 +35,10 @@ namespace {
 
 struct CertifyOptions : CommonOptions {
   std::filesystem::path scene{};
-  std::optional<double> rate{};      ///< tick rate [Hz]; empty: the rate of the scene
-  double duration = 10.0;            ///< duration of each phase [s]
+  std::optional<double> rate{};  ///< tick rate [Hz]; empty: the rate of the scene
+  double duration = 10.0;        ///< duration of each phase [s]
+  double max_miss_rate = certificate::Claim{}.max_miss_rate;
+  bool verify = false;               ///< `scene` is a certificate.json
   std::optional<double> deadline{};  ///< deadline [us]; empty: the period
   std::vector<std::string> loads{};  ///< load types; empty: idle
   bool ordinary = false;  ///< if true, no real-time scheduling and no locked memory are requested
@@ -214,7 +217,9 @@ constexpr std::string_view costliest_tick = "costliest tick";  // as in worst_ca
 
 Claim claim_of(const CertifyOptions& options, const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
-  Claim claim{.rate = options.rate.value_or(rate_of(scene)), .duration = options.duration};
+  Claim claim{.rate = options.rate.value_or(rate_of(scene)),
+              .duration = options.duration,
+              .max_miss_rate = options.max_miss_rate};
   if (const std::string why = why_not_at(scene, claim.rate); !why.empty()) {
     throw InputError(loaded.file.where("simulation.step") + ": " + why);
   }
@@ -287,6 +292,28 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
   return plan;
 }
 
+/// Hashes of everything that runs, and their sum.
+void hash_what_runs(const CertifyOptions& options, const LoadedScene& loaded,
+                    CertificateReport& report) {
+  report.resolved_scene = io::resolved_scene(loaded.file);
+  std::string all = report.resolved_scene;
+  for (const std::filesystem::path& file : loaded.file.inputs) {
+    report.inputs.push_back({file.filename().string(), io::sha256_of_file(file)});
+    all += "\n" + report.inputs.back().second;
+  }
+  if (options.subject.foreign()) {
+    report.subject_hash = io::sha256_of_file(options.subject.subject);
+    all += "\n" + report.subject_hash + options.subject.options_json;
+  }
+  report.program_hash = io::sha256_of_file("/proc/self/exe");
+  report.code_hash = build::code_hash();
+  report.scene_hash = io::sha256(all + "\n" + report.code_hash);
+  if (const NetworkProblem* network = loaded.network()) {
+    report.nodes = network->network().node_count();
+    report.springs = static_cast<long>(network->network().springs.size());
+  }
+}
+
 /// Runs the certification on a new thread; the calling thread shows the progress.
 Certificate certify_aside(const Scene& scene, const CertifyPlan& plan, bool quiet) {
   const bool show = !quiet && isatty(STDERR_FILENO) != 0;
@@ -339,8 +366,26 @@ void tell(const CertificateReport& report, const Outcome& outcome,
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
+/// Compares a certificate.json and the histogram.csv beside it with its seal. Throws InputError if
+/// they differ.
+int verify(const CertifyOptions& options) {
+  constexpr std::size_t most_bytes = 1U << 26U;
+  const std::filesystem::path& file = options.scene;
+  const SealedVerdict sealed = verified_certificate(
+      io::read_text(file, most_bytes),
+      io::read_text(file.parent_path() / "histogram.csv", most_bytes), file.string());
+  if (!options.quiet) {
+    std::printf("unchanged since it was written; %s: %s\n", io::printable(sealed.verdict).c_str(),
+                io::printable(sealed.reason).c_str());
+  }
+  return sealed.verdict == verdict_word(Status::pass)   ? done
+         : sealed.verdict == verdict_word(Status::fail) ? fell_short
+                                                        : machine_cannot;
+}
+
 int run_certify(const CertifyOptions& options) {
   catch_interrupts();
+  if (options.verify) { return verify(options); }
   for (const std::string& load : options.loads) {
     if (is_own_load(load) || load == "stress-ng") { continue; }
     throw InputError("--load " + load + ": unknown; " + std::string(own_loads) + " or stress-ng");
@@ -360,12 +405,12 @@ int run_certify(const CertifyOptions& options) {
   CertificateReport report{
       .file = options.scene.filename().string(),
       .title = loaded.file.scene.title,
-      .scene_hash = io::content_hash(loaded.file.text),
-      .result = certify_aside(loaded.file.scene, plan, options.quiet),
-      .cycles_per_second = cycles_per_second(),
       .happening_name = [&](const ToolHappening& each) { return names.of(each); },
       .command = options.command,
       .provenance = scene_provenance(loaded)};
+  hash_what_runs(options, loaded, report);
+  report.result = certify_aside(loaded.file.scene, plan, options.quiet);
+  report.cycles_per_second = cycles_per_second();
   report.environment =
       environment_of(report.result.rights, plan.priority, report.cycles_per_second);
   if (options.subject.foreign()) {
@@ -406,12 +451,20 @@ void add_certify(Program& program) {
   add_value(command, "--deadline", options.deadline, "US",
             "longest allowed time from the release to the end of a tick [the period]")
       ->check(number_range(1.0, 1e8));
+  add_value(command, "--max-miss-rate", options.max_miss_rate, "P",
+            "certify only with enough ticks to show, with 95 % confidence, that fewer than this "
+            "share of all ticks misses [0.001, which needs " +
+                std::to_string(ticks_needed(Claim{}.max_miss_rate)) + " ticks]")
+      ->check(number_range(1e-9, 0.5));
   add_value(command, "--load", options.loads, "LOAD",
             "background load: idle, cpu, cache, memory or stress-ng; repeatable, one after the "
             "other [idle]");
   add_subject_options(command, options.subject);
   command.add_flag("--ordinary", options.ordinary,
                    "ordinary scheduling and memory: no certificate, but all figures");
+  command.add_flag("--verify", options.verify,
+                   "SCENE is a certificate.json: run nothing, refuse it with exit code 2 if it or "
+                   "histogram.csv beside it was changed, else end as it says");
   command.footer(
       "Writes certificate.json, histogram.csv and report.html; docs/certificate.md explains the "
       "claims\nand how to prepare a machine. Exit codes: 0 certified, 1 not certified, 2 bad "

@@ -14,6 +14,13 @@
 #include "device/byte_link.hpp"
 #include "reports/subject/foreign_subject.hpp"
 
+namespace palpate::build {
+
+/// Hash of the object code that determines what is computed; defined in build/.../code_hash.cpp.
+const char* code_hash();
+
+}  // namespace palpate::build
+
 namespace palpate::cli {
 
 enum ExitCode : int {

@@ -33,13 +33,6 @@
 #include "validation/bench/bench_cases.hpp"
 #include "validation/case.hpp"
 
-namespace palpate::build {
-
-/// Hash of the object code that determines the outcomes; defined in build/.../code_hash.cpp.
-const char* code_hash();
-
-}  // namespace palpate::build
-
 namespace palpate::cli {
 
 /// Known failure of a simulator (docs/subjects.md, "Known failures").
@@ -174,21 +167,14 @@ RunnerResult run_cases(
 
 namespace fs = std::filesystem;
 
-std::string file_facts(const fs::path& file) {
-  std::error_code problem;
-  const auto size = fs::file_size(file, problem);
-  const auto time = fs::last_write_time(file, problem).time_since_epoch().count();
-  return file.string() + " " + std::to_string(size) + " " + std::to_string(time) + "\n";
-}
-
 int add_library(dl_phdr_info* info, std::size_t, void* list) {
   if (info->dlpi_name != nullptr && *info->dlpi_name == '/') {
-    static_cast<std::set<std::string>*>(list)->insert(file_facts(info->dlpi_name));
+    static_cast<std::set<std::string>*>(list)->insert(io::sha256_of_file(info->dlpi_name));
   }
   return 0;
 }
 
-/// Object code, processor, and the loaded shared libraries with their sizes and times.
+/// Hash of the object code, the processor and the content of the loaded shared libraries.
 std::string what_runs() {
   std::string text =
       std::string(build::code_hash()) + "\n" + build_provenance().at("processor") + "\n";
@@ -199,32 +185,38 @@ std::string what_runs() {
   }
   std::set<std::string> libraries;
   dl_iterate_phdr(add_library, &libraries);
-  for (const std::string& library : libraries) { text += library; }
-  return text;
+  for (const std::string& library : libraries) { text += library + "\n"; }
+  return io::sha256(text);
 }
 
-/// Names, sizes and times of all files below the folders.
-std::string what_lies_in(const std::vector<fs::path>& folders) {
-  std::set<std::string> files;
+/// Names and content of the files that outside_network() may read, in the order of the folders.
+std::string networks_in(const std::vector<fs::path>& folders) {
+  std::string text;
   for (const fs::path& folder : folders) {
+    std::set<std::string> files;
     std::error_code problem;
     for (fs::recursive_directory_iterator at(folder, problem), end; !problem && at != end;
          at.increment(problem)) {
-      if (at->is_regular_file(problem)) { files.insert(file_facts(at->path())); }
+      const fs::path name = at->path().filename();
+      if (name != "nodes.csv" && name != "springs.csv") { continue; }
+      files.insert(at->path().lexically_relative(folder).string() + "\n" +
+                   io::sha256_of_file(at->path()) + "\n");
     }
+    for (const std::string& file : files) { text += file; }
+    text += "\n";
   }
-  std::string text;
-  for (const std::string& file : files) { text += file; }
   return text;
 }
 
 /// Cache of the outcomes of passed cases, keyed by everything that an outcome depends on.
 class KeptCases {
  public:
-  /// Creates the cache. `given` contains all inputs of cases except the code: options, external
-  /// data.
-  KeptCases(const fs::path& cache, const std::string& given)
-      : folder_(cache / "cases" / io::content_hash(what_runs() + given)) {}
+  /// Creates the cache. `inputs` contains everything that an outcome depends on. Throws InputError
+  /// if another user may write to its folders.
+  KeptCases(const fs::path& cache, const std::string& inputs)
+      : folder_(cache / "cases" / io::sha256(inputs)) {
+    for (const fs::path& folder : {folder_.parent_path(), folder_}) { io::make_own_folder(folder); }
+  }
 
   /// Removes the cases with a kept outcome from the list and returns these outcomes by name.
   [[nodiscard]] std::map<std::string, Outcome> take(std::vector<Case>& cases) const {
@@ -241,10 +233,9 @@ class KeptCases {
   void keep(const Outcome& outcome) const {
     if (outcome.status != Status::pass) { return; }
     try {
-      fs::create_directories(folder_);
       write_figure_data(folder_, outcome);
-      io::replace_file(file_of(outcome.name),
-                       to_json(Results{.title = "kept", .outcomes = {outcome}}));
+      const std::string text = to_json(Results{.title = "kept", .outcomes = {outcome}});
+      io::replace_file(file_of(outcome.name), seal_of(text, outcome) + "\n" + text);
     } catch (const std::exception&) {}  // the case will run again
   }
 
@@ -252,19 +243,34 @@ class KeptCases {
   [[nodiscard]] fs::path file_of(const std::string& name) const {
     return folder_ / (fs::path(trace_file_name(name)).replace_extension(".json"));
   }
+  /// Hash of an outcome's text and of its file of figures, under this cache's inputs.
+  [[nodiscard]] std::string seal_of(const std::string& text, const Outcome& outcome) const {
+    return io::sha256(folder_.filename().string() + "\n" + text +
+                      (outcome.figures.empty()
+                           ? ""
+                           : io::sha256_of_file(folder_ / trace_file_name(outcome.name))));
+  }
   /// Returns the kept outcome. Empty if the case has not passed under the same conditions, or if
-  /// the file is damaged.
+  /// the file is damaged or was edited, which is reported.
   [[nodiscard]] std::optional<Outcome> find(const Case& definition) const {
     constexpr std::size_t most_bytes = 1U << 28U;
     const fs::path file = file_of(definition.name);
     if (!definition.keeps || !fs::exists(file)) { return std::nullopt; }
     try {
-      Results kept = results_from_json(io::read_text(file, most_bytes), file.string());
+      const std::string sealed = io::read_text(file, most_bytes);
+      const std::size_t line = std::min(sealed.find('\n'), sealed.size() - 1);
+      const std::string text = sealed.substr(line + 1);
+      Results kept = results_from_json(text, file.string());
       Outcome& outcome = kept.outcomes.at(0);
-      read_figure_data(folder_, outcome);
-      const bool same = outcome.name == definition.name && outcome.status == Status::pass;
-      return same ? std::optional(std::move(outcome)) : std::nullopt;
-    } catch (const std::exception&) { return std::nullopt; }
+      if (outcome.name == definition.name && outcome.status == Status::pass &&
+          sealed.substr(0, line) == seal_of(text, outcome)) {
+        read_figure_data(folder_, outcome);
+        return std::move(outcome);
+      }
+    } catch (const std::exception&) {}
+    std::fprintf(stderr, "palpate: %s: is damaged or was edited; the case is run again\n",
+                 io::printable(file.string()).c_str());
+    return std::nullopt;
   }
 
   fs::path folder_;
@@ -331,10 +337,10 @@ void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) 
   std::fflush(stdout);
 }
 
-/// Key: everything that cases depend on except code, libraries and processor.
-KeptCases kept_cases(const ValidateOptions& options, const std::filesystem::path& cache) {
-  return {cache, std::string(options.quick ? "quick " : "whole ") + std::to_string(options.order) +
-                     "\n" + what_lies_in(data_folders(options.data))};
+/// Everything that outcomes depend on; `code` is what_runs().
+std::string inputs_of_cases(const ValidateOptions& options, const std::string& code) {
+  return code + (options.quick ? " quick " : " whole ") + std::to_string(options.order) + "\n" +
+         networks_in(data_folders(options.data));
 }
 
 double seconds_of(const std::map<std::string, Outcome>& outcomes) {
@@ -408,11 +414,28 @@ std::filesystem::path default_cache_folder() {
   return io::private_folder("palpate-cache");
 }
 
-reference::Cache cache_in(const std::filesystem::path& folder) {
-  reference::Cache cache;
-  cache.load = [folder](const std::string& key) { return io::load_reference(folder, key); };
+/// Folder of kept references, judged cases and libraries. Throws InputError if another user may
+/// write to it.
+std::filesystem::path cache_folder(const ValidateOptions& options) {
+  std::filesystem::path folder = options.cache.empty() ? default_cache_folder() : options.cache;
+  io::make_own_folder(folder);
+  return folder;
+}
+
+reference::Cache cache_in(const std::filesystem::path& folder, const ValidateOptions& options,
+                          const std::string& code) {
+  reference::Cache cache{.code = code};
   cache.save = [folder](const std::string& key, const Trace& solution) {
     io::save_reference(folder, key, solution);
+  };
+  if (options.no_skip) { return cache; }
+  cache.load = [folder](const std::string& key) -> std::optional<Trace> {
+    try {
+      return io::load_reference(folder, key);
+    } catch (const InputError& damage) {
+      std::fprintf(stderr, "palpate: %s; computed again\n", io::printable(damage.what()).c_str());
+      return std::nullopt;
+    }
   };
   return cache;
 }
@@ -498,15 +521,16 @@ int judge(const ValidateOptions& options, const Judging& what) {
   const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
   std::vector<ExpectedFailure> expected;
   if (!options.expected.empty()) { expected = read_expected(options.expected, what.cases); }
+  const std::filesystem::path cached = cache_folder(options);
   const std::filesystem::path folder = options.make_folder();
-  const std::filesystem::path cache_folder =
-      options.cache.empty() ? default_cache_folder() : options.cache;
+  const std::string code = what_runs();
   // Threads of an interrupted run still use it after this function has returned.
-  static const reference::Cache cache = cache_in(cache_folder);
-  const KeptCases keeper = kept_cases(options, cache_folder);
+  static const reference::Cache cache = cache_in(cached, options, code);
+  std::optional<KeptCases> keeper;
+  if (what.keeps) { keeper.emplace(cached, inputs_of_cases(options, code)); }
   std::vector<Case> to_run = cases;
   std::map<std::string, Outcome> kept;
-  if (what.keeps && !options.no_skip) { kept = keeper.take(to_run); }
+  if (keeper && !options.no_skip) { kept = keeper->take(to_run); }
   if (!options.quiet && !kept.empty()) {
     std::printf("%s not run again: code, solvers and data are as before (--no-skip runs them)\n",
                 told_of(kept).c_str());
@@ -516,7 +540,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
                   if (!options.quiet) { tell_case(outcome, finished, total); }
                   if (!options.quiet && what.advises) { tell_advice(outcome); }
-                  if (what.keeps) { keeper.keep(outcome); }
+                  if (keeper) { keeper->keep(outcome); }
                 });
   Results results{.title = what.title,
                   .command = options.command,
@@ -641,10 +665,8 @@ timing::PairedRuns runs_with(const std::filesystem::path& base) {
 }
 
 int bench_against(const BenchOptions& options, Judging judging) {
-  const std::filesystem::path cache =
-      options.cache.empty() ? default_cache_folder() : options.cache;
-  const timing::PairedRuns runs =
-      runs_with(timing::library_of(options.against, source_folder(), cache, &interrupted));
+  const timing::PairedRuns runs = runs_with(
+      timing::library_of(options.against, source_folder(), cache_folder(options), &interrupted));
   judging.cases = bench::paired_cases(paired_scenes, timing::measurement_of(runs));
   return judge(options, judging);
 }

@@ -261,17 +261,14 @@ Attributes attributes_of(const std::filesystem::path& trace,
 }
 
 constexpr int baseline_schema = 2;
-constexpr int old_schema = 1;  // FNV hashes of 32 digits, curves in NAME.h5, less of a run
-constexpr std::size_t old_digits = 32;
 constexpr std::size_t most_bytes = 1U << 30U;       // of the curves of a baseline
 constexpr std::size_t most_json_bytes = 1U << 26U;  // parsed, a text may take 20 times as much
 constexpr const char* seal_key = "seal";
 
 /// Hash of all contents except the hash itself. It detects edits by hand.
-std::string seal_of(Json json, int of_schema) {
+std::string seal_of(Json json) {
   json.erase(seal_key);
-  const std::string text = json_text(json);
-  return of_schema == old_schema ? io::content_hash(text) : io::sha256(text);
+  return io::sha256(json_text(json));
 }
 
 gate::Spread spread_from(const Json& json) {
@@ -306,7 +303,7 @@ Json to_json(const gate::Baseline& baseline, const std::string& hash_of_curves) 
       object("kind", "palpate baseline", "schema", baseline_schema, "command", baseline.command,
              "ledger", list_of(baseline.ledger, approval_json), "provenance", baseline.provenance,
              "curves", hash_of_curves, "cases", list_of(baseline.cases, accepted_json));
-  json[seal_key] = seal_of(json, baseline_schema);
+  json[seal_key] = seal_of(json);
   return json;
 }
 
@@ -320,10 +317,12 @@ gate::AcceptedCase accepted_from(Json json) {
 gate::Baseline baseline_from(const Json& json) {
   if (json.value("kind", "") != "palpate baseline") { throw std::runtime_error("is no baseline"); }
   const Json& version = json.at("schema");
-  if (version != baseline_schema && version != old_schema) {
-    throw std::runtime_error("schema " + version.dump() + "; this version reads 1 and 2");
+  if (version != baseline_schema) {
+    throw std::runtime_error("is of schema " + version.dump() + ", this version reads schema " +
+                             std::to_string(baseline_schema) +
+                             "; remove it and approve the results again");
   }
-  if (json.value(seal_key, "") != seal_of(json, version.get<int>())) {
+  if (json.value(seal_key, "") != seal_of(json)) {
     throw std::runtime_error("was changed by something else than palpate approve");
   }
   gate::Baseline baseline{.command = json.at("command")};
@@ -331,11 +330,6 @@ gate::Baseline baseline_from(const Json& json) {
   for (const Json& each : json.at("ledger")) { baseline.ledger.push_back(approval_from(each)); }
   for (const Json& each : json.at("cases")) { baseline.cases.push_back(accepted_from(each)); }
   if (baseline.cases.empty()) { throw std::runtime_error("holds no case"); }
-  const bool run = baseline.cases.front().outcome.suite == "run";
-  if (run && version == old_schema) {
-    throw std::runtime_error(
-        "is of a version that compared less of a run; remove it and approve the run again");
-  }
   return baseline;
 }
 
@@ -347,8 +341,7 @@ namespace fs = std::filesystem;
 fs::path curves_of_baseline(const fs::path& path, const std::string& hash) {
   constexpr std::size_t digits = 12;
   fs::path name = path;
-  return name.replace_extension(hash.size() == old_digits ? ".h5"
-                                                          : "." + hash.substr(0, digits) + ".h5");
+  return name.replace_extension("." + hash.substr(0, digits) + ".h5");
 }
 
 /// Writes the content of a file or folder to the disk, so that a later rename is not before it.
@@ -429,7 +422,8 @@ std::vector<Damage> damages() {
        [](const Folder& s) {
          Json json = parse_json(io::read_text(s / "b.json", 1U << 24U));
          json["cases"][0]["quantities"][0]["value"] = 4.0;
-         json[seal_key] = seal_of(json, old_schema);
+         json.erase(seal_key);
+         json[seal_key] = io::content_hash(json_text(json));
          io::replace_file(s / "b.json", json_text(json));
        }},
       {"the baseline's curves are missing", [](const Folder& s) { fs::remove(curves_in(s)); }},
@@ -595,7 +589,7 @@ gate::Baseline read_baseline_once(const fs::path& path, const std::string& text)
   }
   baseline.curves = curves_of_baseline(path, hash);
   const std::string bytes = io::read_bytes(baseline.curves, most_bytes);
-  if (hash != (hash.size() == old_digits ? io::content_hash(bytes) : io::sha256(bytes))) {
+  if (hash != io::sha256(bytes)) {
     throw InputError(baseline.curves.string() + ": does not belong to " + path.string() +
                      ", or is damaged; the curves that palpate approve wrote with it");
   }

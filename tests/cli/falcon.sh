@@ -18,8 +18,8 @@ serve() {  # folder, options...: $path and $pid of a service that waits
   mkdir -p "$folder"
   "$palpate" falcon --pty --out "$folder" "$@" >"$folder/stdout" 2>"$folder/stderr" &
   pid=$!
-  for _ in $(seq 100); do
-    [ -s "$folder/stdout" ] && break
+  until [ -s "$folder/stdout" ]; do
+    kill -0 "$pid" || fail "no terminal"
     sleep 0.1
   done
   path=$(head -n 1 "$folder/stdout")

@@ -45,8 +45,8 @@ grep -q 'sampled at 1 Hz, sent at 120 Hz: interpolated' "$out/slow.txt" || fail 
 # A pseudo-terminal: its path comes first, a client reads all, and the program ends with the recording.
 "$palpate" transducer "$out/slow.csv" --pty >"$out/path" 2>/dev/null &
 pid=$!
-for _ in $(seq 100); do
-  [ -s "$out/path" ] && break
+until [ -s "$out/path" ]; do
+  kill -0 "$pid" || fail "no terminal"
   sleep 0.05
 done
 path=$(head -n 1 "$out/path")

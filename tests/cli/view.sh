@@ -21,7 +21,7 @@ operate() {
     sed "s|<head>|<head><meta http-equiv=\"Content-Security-Policy\" content=\"$policy\">|; /<\/body>/,\$d" "$page"
     printf '<script>%s</script></body></html>\n' "$(cat "$driver")"
   } >"$out/$name.html"
-  timeout 120 "$browser" --headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader \
+  timeout 1000 "$browser" --headless --no-sandbox --disable-gpu --use-gl=angle --use-angle=swiftshader \
     --enable-unsafe-swiftshader --disable-background-networking --disable-component-update --disable-sync \
     --no-first-run --user-data-dir="$out/$name.profile" --window-size=1280,1000 --virtual-time-budget=60000 "$@" \
     --dump-dom "file://$out/$name.html" >"$out/$name.dom" 2>"$out/$name.log"

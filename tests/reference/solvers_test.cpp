@@ -2,6 +2,7 @@
 
 #include "reference/solvers.hpp"
 
+#include <map>
 #include <random>
 #include <stdexcept>
 
@@ -281,6 +282,54 @@ TEST("where the origin lies changes nothing") {
     const double peak = peak_displacement(a.position);
     CHECK_NEAR(trajectory_error(b.position, a.position, peak), 0.0, 1e-8);
   }
+}
+
+TEST("the key of a reference changes with code, solver, tolerance, times and every number") {
+  const SpringNetwork block = sample::block({.nodes = 2});
+  const std::vector<double> times{0.0, 0.1};
+  const auto key_of = [&](const SpringNetwork& made, double force = 0.1) {
+    return cache_key("code", "solver", NetworkProblem(made, {sample::pulse(force)}), times, {});
+  };
+  const NetworkProblem problem(block, {sample::pulse(0.1)});
+  const std::string key = key_of(block);
+  CHECK(cache_key("code", "solver", problem, times, {}) == key);
+  CHECK(cache_key("edoc", "solver", problem, times, {}) != key);
+  CHECK(cache_key("code", "other", problem, times, {}) != key);
+  CHECK(cache_key("code", "solver", problem, {0.0, 0.2}, {}) != key);
+  CHECK(cache_key("code", "solver", problem, times, {.relative = 1e-9}) != key);
+  CHECK(key_of(block, 0.2) != key);
+  SpringNetwork stiffer = block;
+  stiffer.springs.change_each([](Spring& spring) { spring.stiffness *= 1.0 + 1e-15; });
+  CHECK(key_of(stiffer) != key);
+  SpringNetwork heavier = block;
+  heavier.mass *= 1.0 + 1e-15;
+  CHECK(key_of(heavier) != key);
+}
+
+TEST("a solution is computed once for each code, and is written but not read without a reader") {
+  static int runs = 0;
+  const Solver solve = [](const Problem&, const std::vector<double>& times, const Tolerance&) {
+    ++runs;
+    return Trace{.time = times};
+  };
+  std::map<std::string, Trace> kept;
+  Cache cache{.code = "code"};
+  const auto get = [&] { (void)solve_cached(&cache, "solver", solve, pulsed, {0.0, 0.1}, {}); };
+  cache.save = [&](const std::string& key, const Trace& solution) { kept[key] = solution; };
+  get();
+  get();
+  CHECK(runs == 2);  // --no-skip
+  CHECK(kept.size() == 1);
+  cache.load = [&](const std::string& key) {
+    const auto found = kept.find(key);
+    return found == kept.end() ? std::nullopt : std::optional(found->second);
+  };
+  get();
+  CHECK(runs == 2);
+  cache.code = "code with another reference";
+  get();
+  CHECK(runs == 3);
+  CHECK(kept.size() == 2);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "fixtures/io/file_bytes.hpp"
 #include "tests/check.hpp"
 
 namespace {
@@ -18,7 +19,9 @@ CertificateReport sample(long scene_misses) {
                            .not_counted = "valgrind is not installed",
                            .command = "palpate certify scene.toml"};
   Certificate& all = report.result;
-  all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0};
+  all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0, .max_miss_rate = 2e-3};
+  all.budget.happenings = {{.tick = 700, .happening = {.time = 0.7, .event = ToolEvent::puncture}},
+                           {.tick = 2000, .happening = {.time = 2.0}}};
   all.budget.probes = {{.name = "first tick",
                         .what = "the first",
                         .processor = 4e-4,
@@ -71,6 +74,71 @@ TEST("the keys that others read are there, with their units") {
   CHECK(environment["smt"] == false);
   CHECK(environment["turbo"].is_null());  // the system does not say
   CHECK_NEAR(environment["clock_resolution_ns"].get<double>(), 1.0, 0.0);
+}
+
+TEST("the evidence is listed: ticks needed, events, inputs and hashes of what ran") {
+  CertificateReport report = sample(0);
+  report.inputs = {{"scene.toml", "aa"}, {"nodes.csv", "bb"}};
+  report.nodes = 27;
+  report.code_hash = "cc";
+  const Json json = Json::parse(to_json(report));
+  CHECK_NEAR(json["max_miss_rate"].get<double>(), 2e-3, 0.0);
+  CHECK(json["ticks_needed"] == certificate::ticks_needed(2e-3));
+  CHECK(json["events"].size() == 2);
+  CHECK(json["events"][0]["event"] == "puncture");
+  CHECK(json["events"][0]["tick"] == 700);
+  CHECK(json["events"][0]["in_loop"] == true);
+  CHECK(json["events"][1]["in_loop"] == false);  // the loop ended at tick 1999
+  CHECK(json["events_absent"].empty());
+  CHECK(json["inputs"][1]["file"] == "nodes.csv");
+  CHECK(json["inputs"][1]["sha256"] == "bb");
+  CHECK(json["nodes"] == 27);
+  CHECK(json["code_hash"] == "cc");
+  CHECK(json["subject_sha256"].is_null());
+  report.result.budget.absent = {"contact"};
+  const Json absent = Json::parse(to_json(report));
+  CHECK(absent["events_absent"][0] == "contact");
+  CHECK(absent["verdict"] == "not certified");
+}
+
+TEST("the seal is the hash of the file with zeros in its place, and covers the histogram") {
+  const CertificateReport report = sample(0);
+  const std::string text = to_json(report);
+  const Json json = Json::parse(text);
+  const std::string seal = json["seal"];
+  std::string zeroed = text;
+  zeroed.replace(zeroed.rfind(seal), seal.size(), std::string(64, '0'));
+  CHECK(seal == io::sha256(zeroed));
+  CHECK(json["histogram_sha256"] == io::sha256(to_csv(report)));
+  CHECK(Json::parse(to_json(sample(2)))["histogram_sha256"] != json["histogram_sha256"]);
+  CertificateReport other = report;
+  other.program_hash = "dd";
+  CHECK(Json::parse(to_json(other))["seal"] != seal);
+}
+
+TEST("a certificate or a histogram that was changed is refused, and an unchanged one is read") {
+  const CertificateReport report = sample(0);
+  const std::string text = to_json(report);
+  const std::string histogram = to_csv(report);
+  const SealedVerdict sealed = verified_certificate(text, histogram, "c.json");
+  CHECK(sealed.verdict == "certified");
+  CHECK(sealed.reason == std::string(Json::parse(text)["reason"]));
+  const auto refused = [&](const std::string& part, const std::string& other) {
+    std::string changed = text;
+    changed.replace(changed.find(part), part.size(), other);
+    CHECK(changed != text);
+    CHECK_THROWS_AS(InputError, verified_certificate(changed, histogram, "c.json"), "was changed");
+  };
+  refused("\"certified\"", "\"environment not qualified\"");
+  refused("\"misses\": 0", "\"misses\": 1");
+  refused("\"seal\": \"", "\"seal\": \"0");
+  CHECK_THROWS_AS(InputError, verified_certificate(text + "\n", histogram, "c.json"),
+                  "was changed");
+  CHECK_THROWS_AS(InputError, verified_certificate(text, histogram + "\n", "c.json"),
+                  "c.json: histogram.csv");
+  CHECK_THROWS_AS(InputError, verified_certificate("{}", histogram, "c.json"), "verdict");
+  CHECK_THROWS_AS(InputError, verified_certificate(text.substr(0, 100), histogram, "c.json"),
+                  "c.json");
 }
 
 TEST("bins without any tick are left out, and each column counts every tick") {

@@ -108,8 +108,12 @@ Errors errors_of(const Trace& run, const Truth& truth);
 std::vector<Point> measure_points(const CaseContext& context, const Study& study, double patience,
                                   int rounds);
 
-/// Returns the fastest point of a kind with at most this error at the tool; nullptr if none.
-const Point* cheapest(const std::vector<Point>& points, double error, bool here);
+/// Points that are searched: all of the model, those of the model in double with every node, which
+/// solve the problem of the libraries, or those of the libraries.
+enum class Among { here, here_as_libraries, libraries };
+
+/// Returns the fastest of these points with at most this error at the tool; nullptr if none.
+const Point* cheapest(const std::vector<Point>& points, double error, Among among);
 
 /// Returns true if no point of its kind is both faster and more accurate. "auto" is compared with
 /// double-precision points; points with a reduced-order model are compared with each other.

@@ -74,6 +74,10 @@ double miss_probability_upper(long misses, long ticks, double confidence) {
       .upper;
 }
 
+long ticks_needed(double probability, double confidence) {
+  return static_cast<long>(std::ceil(std::log1p(-confidence) / std::log1p(-probability)));
+}
+
 long Claim::ticks() const { return std::max(1L, std::lround(duration * rate)); }
 
 double LoadResult::miss_probability_upper() const {
@@ -133,11 +137,25 @@ std::string why_not_certified(const Certificate& all) {
            " while the empty loop missed none; the worst tick answered after " +
            microseconds(load.scene.record.worst_response.seconds) + ".";
   }
+  if (all.budget.probes.empty()) { return "Not enough evidence: no tick was provoked."; }
   if (!(all.budget.worst() <= all.claim.deadline)) {
     const WorstCaseProbe& worst = all.budget.probes.front();
     return "Provoked, a tick (" + worst.name + ") takes " + microseconds(worst.processor) +
            " of computing alone, more than the deadline of " + microseconds(all.claim.deadline) +
            ".";
+  }
+  if (!all.budget.absent.empty()) {
+    return "Not enough evidence: the scene ends before events that it declares: " +
+           join(all.budget.absent) + ".";
+  }
+  const long needed = ticks_needed(all.claim.max_miss_rate);
+  for (const LoadResult& load : all.loads) {
+    if (load.scene.record.ticks() >= needed) { continue; }
+    return "Not enough evidence: " + std::to_string(load.scene.record.ticks()) + " of the " +
+           std::to_string(needed) + " ticks without a miss under load \"" + load.load +
+           "\" that show fewer than one miss in " + plain_number(1.0 / all.claim.max_miss_rate, 6) +
+           " with 95 % confidence; a duration of at least " +
+           with_unit(static_cast<double>(needed) * all.claim.period(), "s") + ".";
   }
   return {};
 }
@@ -148,7 +166,7 @@ std::string certified_text(const Certificate& all) {
          microseconds(all.claim.deadline) + " at " + with_unit(all.claim.rate, "Hz") +
          (all.loads.size() > 1 ? " under any load" : " under load \"" + worst.load + "\"") +
          ": with 95 % confidence fewer than one in " +
-         plain_number(1.0 / worst.miss_probability_upper(), 3) + " does.";
+         plain_number(std::floor(1.0 / worst.miss_probability_upper()), 9) + " does.";
 }
 
 Reason reason_of(const Certificate& all) {

@@ -53,12 +53,17 @@ class BackgroundLoad {
 /// iteration does not converge.
 double miss_probability_upper(long misses, long ticks, double confidence = 0.95);
 
+/// Returns the least number of ticks without a miss after which the upper limit of the miss
+/// probability is at most `probability`: about 3 / probability at 95 %.
+long ticks_needed(double probability, double confidence = 0.95);
+
 // A real-time certificate: the claim, the measurements and the verdict.
 
 struct Claim {
-  double rate = 1000.0;    ///< release rate [Hz]
-  double deadline = 1e-3;  ///< time from the release to the end of the tick [s]
-  double duration = 10.0;  ///< requested duration of each phase [s]
+  double rate = 1000.0;         ///< release rate [Hz]
+  double deadline = 1e-3;       ///< time from the release to the end of the tick [s]
+  double duration = 10.0;       ///< requested duration of each phase [s]
+  double max_miss_rate = 1e-3;  ///< largest allowed upper limit of the miss probability [1]
 
   [[nodiscard]] double period() const { return 1.0 / rate; }
   [[nodiscard]] long ticks() const;  ///< number of ticks in each phase
@@ -127,8 +132,9 @@ std::string_view verdict_word(Status status);
 /// Returns the verdict on a certificate with one sentence as its reason. A scene that diverges
 /// fails in any environment. Otherwise the environment is judged first: the verdict is inconclusive
 /// without real-time scheduling and locked memory, or if the empty loop missed a deadline. The
-/// verdict is pass if no tick missed under any load and no worst-case probe computes for longer
-/// than the deadline.
+/// verdict is pass if no tick missed under any load, no worst-case probe computes for longer than
+/// the deadline, the ticks under each load suffice for the claimed miss rate, and the scene reaches
+/// every event that it declares.
 Outcome outcome_of(const Certificate& certificate);
 
 /// Returns possible causes of missed deadlines from the system counters; empty without any.

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <map>
 
+#include "model/problem/tool.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/timing.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::certificate {
 
@@ -206,6 +208,8 @@ class Prober {
     budget_.diverged_at = whole_.diverged_at;
     budget_.largest_speed = whole_.largest_speed;
     if (whole_.passes > 0) {
+      budget_.happenings = whole_.happenings;
+      budget_.absent = absent_events(scene_, whole_.happenings);
       add_scene();
       if (!plan_.subject) {  // what only the model can be asked for
         add_beginning("nothing skipped",
@@ -306,6 +310,38 @@ class Prober {
 };
 
 }  // namespace
+
+std::vector<std::string> absent_events(const Scene& scene,
+                                       const std::vector<Happened>& happenings) {
+  if (!scene.needle && !scene.probe) { return {}; }
+  const auto occurs = [&](ToolEvent event) {
+    return std::ranges::any_of(happenings,
+                               [&](const Happened& each) { return each.happening.event == event; });
+  };
+  const Drive drive = scene.drive.value_or(Drive{});
+  std::vector<std::string> absent;
+  if (!occurs(ToolEvent::contact)) { absent.emplace_back("contact"); }
+  if (drive.kind != Drive::Kind::trajectory) {
+    const double withdrawal =
+        drive.kind == Drive::Kind::force ? drive.withdraw_force : drive.withdraw_speed;
+    if (withdrawal > 0.0 && !occurs(ToolEvent::withdrawn)) { absent.emplace_back("withdrawal"); }
+    return absent;
+  }
+  if (!drive.depth) { return absent; }
+  const double duration = scene.simulation.duration;
+  const Trajectory motion(drive, duration);
+  const double end = duration * (1.0 + 1e-9);  // times are sums
+  const bool arrives = std::ranges::any_of(motion.vertices(), [&](const Trajectory::Vertex& at) {
+    return at.place >= *drive.depth && at.time <= end;
+  });
+  if (!arrives) {
+    absent.push_back("end of the advance at " + plain_number(*drive.depth, 6) + " m");
+  }
+  if (drive.withdraw_speed > 0.0 && (!arrives || motion.vertices().back().time > end)) {
+    absent.emplace_back("end of the withdrawal");
+  }
+  return absent;
+}
 
 ComputeBudget run_probes(const Scene& scene, const ProbePlan& plan) {
   return Prober(scene, plan).run();

@@ -52,9 +52,17 @@ struct WorstCaseProbe {
   long ticks = 0;  ///< ticks measured
 };
 
+/// Event of the tool and the tick of the scene in which it occurs.
+struct Happened {
+  std::size_t tick = 0;
+  ToolHappening happening{};
+};
+
 /// Computation times of the worst-case probes and limits of their coverage.
 struct ComputeBudget {
   std::vector<WorstCaseProbe> probes{};  ///< slowest first
+  std::vector<Happened> happenings{};    ///< of the whole scene; each has a probe
+  std::vector<std::string> absent{};     ///< declared events that the whole scene does not reach
   /// Instructions of the slowest tick; absent if they were not counted.
   std::optional<std::int64_t> worst_instructions{};
   double largest_speed = 0.0;           ///< of the tool [m/s]
@@ -73,6 +81,10 @@ struct ProbePlan {
   std::function<std::unique_ptr<Subject>()> subject{};  ///< empty: the model
 };
 
+/// Returns the events that the scene declares and that are not among those of its whole run:
+/// contact of a tool, the end of an advance to a given depth, the end of a withdrawal.
+std::vector<std::string> absent_events(const Scene& scene, const std::vector<Happened>& happenings);
+
 /// Runs the whole scene as fast as possible and then the worst-case probes at selected ticks.
 ComputeBudget run_probes(const Scene& scene, const ProbePlan& plan);
 
@@ -81,11 +93,6 @@ ComputeBudget run_probes(const Scene& scene, const ProbePlan& plan);
 struct TimedTick {
   double processor = 0.0;  ///< minimum over the passes [s]
   double wall = 0.0;       ///< likewise
-};
-
-struct Happened {
-  std::size_t tick = 0;
-  ToolHappening happening{};
 };
 
 struct TimedPasses {

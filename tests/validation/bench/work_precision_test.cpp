@@ -67,9 +67,19 @@ TEST("a point is on the frontier if no point of its precision is better in both"
   CHECK(on_frontier(points, points[1]));
   CHECK(on_frontier(points, points[3]));
   CHECK(!on_frontier(points, points[2]));
-  CHECK(cheapest(points, 1e-3, true) == &points[3]);
-  CHECK(cheapest(points, 1e-6, true) == nullptr);
-  CHECK(cheapest(points, 1.0, false) == nullptr);
+}
+
+TEST("libraries are compared with what solves their problem: in double, with every node") {
+  using enum Point::Kind;
+  std::vector<Point> points{point(in_double, 3.0, 3.0, 1e-3), point(in_float, 1.0, 1.0, 1e-5),
+                            point(in_double, 2.0, 2.0, 1e-3)};
+  points.back().far_field = true;
+  CHECK(cheapest(points, 1e-3, Among::here) == &points[1]);
+  CHECK(cheapest(points, 1e-3, Among::here_as_libraries) == &points.front());
+  CHECK(cheapest(points, 1e-6, Among::here) == nullptr);
+  CHECK(cheapest(points, 1.0, Among::libraries) == nullptr);
+  points.push_back(point(elsewhere, 4.0, 4.0, 1e-4));
+  CHECK(cheapest(points, 1.0, Among::libraries) == &points.back());
 }
 
 TEST("an automatic choice off the frontier is detected, and noise is not") {

@@ -109,6 +109,43 @@ TEST("every event of a scene, its first tick and all special ones have a probe, 
   CHECK_NEAR(budget.largest_speed, 0.05, 1e-9);
 }
 
+TEST(
+    "events of the whole scene are kept, and those that it declares and does not reach are named") {
+  using Names = std::vector<std::string>;
+  const auto absent = [](const Scene& scene) {
+    const ComputeBudget budget =
+        run_probes(scene, {.cache_bytes = 1U << 20U, .most_repetitions = 1, .enough = 0.0});
+    const bool touches = std::ranges::find(budget.absent, "contact") == budget.absent.end();
+    CHECK(budget.happenings.empty() != touches);
+    return budget.absent;
+  };
+  Scene scene = insertion_scene(0.05);  // 20 mm/s, without an end
+  CHECK(absent(scene) == Names{});
+  Scene away = scene;
+  away.drive->from = -0.01;  // 1 mm of 10 mm
+  CHECK(absent(away) == Names{"contact"});
+  scene.drive->depth = 0.001;
+  CHECK(absent(scene) == Names{});
+  scene.drive->depth = 0.002;
+  CHECK(absent(scene) == Names{"end of the advance at 0.002 m"});
+  scene.drive->withdraw_speed = 0.1;
+  CHECK(absent(scene) == (Names{"end of the advance at 0.002 m", "end of the withdrawal"}));
+  scene.drive->depth = 0.0005;
+  scene.drive->hold = 0.03;  // at 0.025 s; back after 0.06 s
+  CHECK(absent(scene) == Names{"end of the withdrawal"});
+  scene.drive->hold = 0.01;
+  CHECK(absent(scene) == Names{});
+  // A hand decides itself how far it comes; its withdrawal must be seen.
+  Scene hand = hand_scene(0.05, 1e-3);
+  hand.drive->depth = 0.05;
+  CHECK(absent(hand) == Names{});
+  hand.drive->withdraw_speed = 0.1;
+  CHECK(absent(hand) == Names{"withdrawal"});
+  Scene oscillator;
+  oscillator.tissue.source = Source::oscillator;
+  CHECK(absent_events(oscillator, {}).empty());
+}
+
 TEST("the costliest tick is found among all and among a few") {
   const Scene scene = syringe_scene();
   const TimedPasses passes = time_passes(
