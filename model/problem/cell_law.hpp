@@ -188,7 +188,6 @@ CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Re
                                  const RelaxedCell<Real>& relaxed = {Real(1), Real(0)}) noexcept {
   using Numbers = Eigen::Matrix<Real, 24, 1>;
   using AllCorners = Eigen::Map<const Numbers>;
-  using Block = Eigen::Matrix<Real, 3, 3>;
   static_assert(sizeof(Corners<Real>) == 24 * sizeof(Real));
   const CellVolumes<Real> volumes = volumes_of(x, cell.volume);
   const Real pull = relaxed.share * (cell.stiffness * (volumes.mean - Real(1))) - relaxed.held +
@@ -209,33 +208,37 @@ CellGradient<Real> cell_gradient(const CellNumbers<Real>& cell, const Corners<Re
       gradient.position +=
           (share * cell.collapse * static_cast<Real>(slopes.second)) * own * own.transpose();
     }
-    const auto cross = [](const Vector3Of<Real>& w) {
-      Block block;
-      block << Real(0), -w.z, w.y, w.z, Real(0), -w.x, -w.y, w.x, Real(0);
-      return block;
-    };
     // Derivative of a x b by its factors, for the three pairs of edges in turn.
     const auto& ends = corner_ends[n];
-    const std::array<Block, 3> third{cross(edges.c), cross(edges.a), cross(edges.b)};
+    const std::array<Vector3Of<Real>, 3> third{edges.c, edges.a, edges.b};
     const Real pressure = Real(0.125) * (pull + cell.collapse * static_cast<Real>(slopes.first));
-    const auto add = [&](std::size_t row, std::size_t column, const Block& block) {
-      const auto put = [&](std::size_t r, std::size_t c, Real sign) {
-        const auto at_r = static_cast<Eigen::Index>(3 * r);
-        const auto at_c = static_cast<Eigen::Index>(3 * c);
-        gradient.position.template block<3, 3>(at_r, at_c) += (sign * pressure) * block;
-        mean_moved.template segment<3>(at_r) +=
-            (sign * share) * block * AllCorners(&v[0].x).template segment<3>(at_c);
-      };
-      put(row, column, Real(1));
-      put(n, column, Real(-1));
-      put(row, n, Real(-1));
-      put(n, n, Real(1));
+    // Adds the matrix of w x, times `sign` and the pressure, and its effect on the rate of J.
+    const auto put = [&](std::size_t row, std::size_t column, const Vector3Of<Real>& w, Real sign) {
+      const auto r = static_cast<Eigen::Index>(3 * row);
+      const auto c = static_cast<Eigen::Index>(3 * column);
+      const Vector3Of<Real> by_pressure = w.scaled(sign * pressure);
+      gradient.position(r, c + 1) -= by_pressure.z;
+      gradient.position(r, c + 2) += by_pressure.y;
+      gradient.position(r + 1, c) += by_pressure.z;
+      gradient.position(r + 1, c + 2) -= by_pressure.x;
+      gradient.position(r + 2, c) -= by_pressure.y;
+      gradient.position(r + 2, c + 1) += by_pressure.x;
+      const Vector3Of<Real> moved = w.scaled(sign * share).cross(v[column]);
+      mean_moved[r] += moved.x;
+      mean_moved[r + 1] += moved.y;
+      mean_moved[r + 2] += moved.z;
     };
     for (std::size_t pair = 0; pair < 3; ++pair) {
       const std::size_t one = ends[pair];
       const std::size_t other = ends[(pair + 1) % 3];
-      add(one, other, -third[pair]);
-      add(other, one, third[pair]);
+      const auto add = [&](std::size_t row, std::size_t column, Real sign) {
+        put(row, column, third[pair], sign);
+        put(n, column, third[pair], -sign);
+        put(row, n, third[pair], -sign);
+        put(n, n, third[pair], sign);
+      };
+      add(one, other, Real(-1));
+      add(other, one, Real(1));
     }
   }
   gradient.velocity = (cell.viscosity * cell.volume) * mean * mean.transpose();

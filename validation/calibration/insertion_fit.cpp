@@ -122,11 +122,11 @@ Trace run_model(const Scene& scene, const std::atomic<bool>* stop) {
   return run;
 }
 
+/// Returns the features; zero where one is absent or the run diverged, so that a search turns back.
 ObservedInsertion observed(const Trace& run) {
-  if (run.diverged) {
-    return {.refusal = "diverges at t = " + std::to_string(run.diverged_at) + " s"};
-  }
-  return {.value = simulated_features(run)};
+  if (run.diverged) { return {.value = Observation::Zero(feature_total)}; }
+  const Observation values = simulated_features(run);
+  return {.value = values.array().isFinite().select(values, 0.0)};
 }
 
 std::set<std::string> needles_of(const std::vector<Condition>& conditions) {
