@@ -15,8 +15,8 @@ if [ -f "$library" ]; then
   "$palpate" calibrate "${quick[@]}" --out "$out/here" || [ $? -eq 1 ]
   "$palpate" calibrate "${quick[@]}" --subject "$library" --out "$out/there" || [ $? -eq 1 ]
   cmp "$out/here/fitted.toml" "$out/there/fitted.toml" || fail "the model behind the interface gives another fit"
-  grep -q "subject carrier" "$out/there/calibration.json" || fail "calibration.json does not name the simulator"
-  ! grep -q "subject carrier" "$out/here/calibration.json" || fail "calibration.json names a simulator without one"
+  grep -q "subject carrier" "$out/there/report.html" || fail "the page does not name the simulator"
+  ! grep -q "subject carrier" "$out/here/report.html" || fail "the page names a simulator without one"
 fi
 status=0
 "$palpate" calibrate "$recordings/bmi-25-continuous-01.h5" --scene "$scenes/epidural-bmi-30.toml" --quiet \
