@@ -89,6 +89,7 @@ class FrameReader {
     std::memcpy(&value, next(sizeof(T)), sizeof(T));
     return value;
   }
+  void take_bytes(void* to, std::size_t size) { std::memcpy(to, next(size), size); }
   void take(double* values, std::size_t count) {
     if (count > 0) { std::memcpy(values, next(count * sizeof(double)), count * sizeof(double)); }
   }
@@ -356,7 +357,13 @@ class PipeConnection final : public Connection {
     const auto inside = taken<double>(answer, PALPATE_CALL_STEP);
     if (host_) { seconds = inside; }
     if (input != nullptr && output != nullptr) {
-      *output = taken<palpate_tool_output>(answer, PALPATE_CALL_STEP);
+      constexpr std::size_t without_depth = offsetof(palpate_tool_output, depth);
+      *output = empty_output();
+      if (answer.left() == without_depth) {
+        answer.take_bytes(output, without_depth);
+      } else {
+        *output = taken<palpate_tool_output>(answer, PALPATE_CALL_STEP);
+      }
     }
     return status_ == PALPATE_DIVERGED;
   }

@@ -62,7 +62,7 @@ class Connection {
 /// Returns an output in which every number is NaN.
 inline palpate_tool_output empty_output() {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  return {{nan, nan, nan}, nan, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0};
+  return {{nan, nan, nan}, nan, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0, nan};
 }
 
 /// Connects to PATH.so or exec:COMMAND. A library runs in a child process, palpate-subject-host,

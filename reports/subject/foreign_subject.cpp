@@ -259,6 +259,7 @@ class ForeignSubject final : public Subject {
     report_ = {};
     pressure_ = 0.0;
     in_tissue_ = false;
+    tip_depth_ = nan;
     if (tool_) {
       report_.place = tool_->start_place();
       report_.depth = report_.place * tool_->direction().z();
@@ -361,6 +362,7 @@ class ForeignSubject final : public Subject {
       report_.velocity = (report_.place - before) / scene_.simulation.step;
     }
     report_.cut = output.cut;
+    tip_depth_ = output.depth;
     const double along = -force.dot(n);
     const double parts = output.cutting + output.friction + output.stiffness;
     if (std::abs(parts - along) > 1e-6 * (std::abs(output.cutting) + std::abs(output.friction) +
@@ -399,6 +401,7 @@ class ForeignSubject final : public Subject {
   }
   /// Interval of the path at the tip: in front of the cut tissue that it dents.
   [[nodiscard]] std::size_t interval() const {
+    if (std::isfinite(tip_depth_)) { return path_->interval_at(tip_depth_); }
     const double tip =
         std::isfinite(report_.cut) ? std::min(report_.place, report_.cut) : report_.place;
     return path_->interval_at(std::max(tip, 0.0));
@@ -421,6 +424,7 @@ class ForeignSubject final : public Subject {
   Eigen::VectorXd velocity_{};
   Eigen::VectorXd force_{};
   ToolReport report_{};
+  double tip_depth_ = nan;  ///< in undeformed tissue [m]
   bool in_tissue_ = false;
   Eigen::Vector2d centre_{0.0, 0.0};  ///< of a sliding probe [m]
   double handle_ = 0.0;               ///< latest position of the hand's end of the coupling [m]

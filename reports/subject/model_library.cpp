@@ -75,6 +75,7 @@ void write_output(palpate_subject& subject, palpate_tool_output& output) {
   output.insertion = tool.place;
   output.insertion_rate = tool.velocity;
   output.cut = tool.cut;
+  output.depth = tool.depth;
   output.applied = f.applied;
   output.substeps = static_cast<std::uint32_t>(subject.simulation->plan().substeps);
   if (subject.pressure < subject.row.size()) {

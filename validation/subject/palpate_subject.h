@@ -115,6 +115,8 @@ typedef struct palpate_tool_output {
   double event_time;     /* of the events [s]; NaN: at the end of the step */
   uint32_t events;
   uint32_t substeps; /* integration steps within the step; 0: unknown */
+  double depth;      /* of the tip in undeformed tissue, which has the layer that it is in [m]; NaN:
+                      * the smaller of insertion and cut. Answers on the pipe may leave it out */
 } palpate_tool_output;
 
 typedef struct palpate_subject_api {
