@@ -28,8 +28,8 @@ struct ToolForces {
   double cutting = 0.0;
   double friction = 0.0;
   double stiffness = 0.0;
-  double total = 0.0;    ///< sum of the above
-  double applied = 0.0;  ///< by the hand
+  double total = 0.0;                      ///< sum of the above
+  double applied = 0.0;                    ///< by the hand
   double lateral = 0.0;                    ///< magnitude of the lateral tissue force
   Eigen::Vector3d on_tool{0.0, 0.0, 0.0};  ///< force of the tissue on the tool, tissue frame
 };

@@ -84,9 +84,9 @@ typedef struct palpate_tool_input {
   uint32_t reserved; /* 0 */
 } palpate_tool_input;
 
-/* Bits of palpate_tool_output.events. Several events of one step happen in this order. Two more bits
- * say whether the tool touches the tissue at the end of the step; a tool that rebounds may touch
- * and part without an event. Without either it touches from contact to withdrawal. */
+/* Bits of palpate_tool_output.events. Several events of one step happen in this order. Two more
+ * bits say whether the tool touches the tissue at the end of the step; a tool that rebounds may
+ * touch and part without an event. Without either it touches from contact to withdrawal. */
 enum {
   PALPATE_EVENT_CONTACT = 1,
   PALPATE_EVENT_PUNCTURE = 2,
@@ -150,8 +150,8 @@ typedef struct palpate_subject_api {
   /* Palpate sets "substeps" (integration steps per step) if `parameters` names it. Takes effect at
    * the next reset. */
   int (*set_parameter)(palpate_subject*, const char* name, double value);
-  /* Kinetic, elastic and dissipated energy so far [J]; NaN: not accounted for. With all three, their
-   * sum is judged against the work of the loads. */
+  /* Kinetic, elastic and dissipated energy so far [J]; NaN: not accounted for. With all three,
+   * their sum is judged against the work of the loads. */
   int (*energy)(palpate_subject*, double joule[3]);
   void (*destroy)(palpate_subject*);
 } palpate_subject_api;

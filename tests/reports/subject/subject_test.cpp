@@ -174,7 +174,7 @@ Trace run(const SubjectChoice& choice, const std::string& scene_file,
 #ifdef PALPATE_MODEL_SUBJECT
 TEST("the model behind the interface gives the same bits as in this program") {
   // Long enough for the parts that once differed: a recorded force, a slanting needle, a probe that
-  // rebounds after its withdrawal, a sliding probe.
+  // rebounds after its withdrawal, a needle that is drawn back, a sliding probe.
   for (const auto& [scene, duration] :
        std::vector<std::pair<std::string, std::string>>{{"s26.toml", "0.05"},
                                                         {"seven-layers.toml", "0.05"},
@@ -188,6 +188,7 @@ TEST("the model behind the interface gives the same bits as in this program") {
                                                         {"cube.toml", "0.2"},
                                                         {"paramedian.toml", "1.0"},
                                                         {"palpation.toml", "1.6"},
+                                                        {"bone.toml", "4.0"},
                                                         {"sliding-probe.toml", "0.5"}}) {
     const Trace here = run({}, scene, duration);
     const Trace there = run({.subject = PALPATE_MODEL_SUBJECT}, scene, duration);
