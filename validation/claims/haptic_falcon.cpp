@@ -19,6 +19,9 @@ struct Held {
 };
 
 Held hold(const CaseContext& context, Scene scene) {
+  if (context.subject && context.subject()->facts().replayed) {
+    throw CannotDo("a trace cannot answer a device");
+  }
   Held held;
   held.run = roll_out(context, std::move(scene), {}, {.falcon = &held.facts});
   return held;
