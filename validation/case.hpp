@@ -27,6 +27,7 @@ struct CaseContext {
   /// Seed of a random order of nodes and springs, which changes only rounding; 0: keep the order.
   /// Tissue with a tool keeps its order, because its layers are ranges of nodes.
   std::uint64_t order = 0;
+  std::uint64_t seed = 0;  ///< of scenes that are drawn at run time; 0: another at every run
   /// Creates the simulator under test; empty: the model in this process.
   std::function<std::unique_ptr<Subject>()> subject{};
   [[nodiscard]] std::unique_ptr<Subject> make_subject() const {

@@ -145,11 +145,8 @@ Simulation::Core::Core(const Scene& scene, std::unique_ptr<Problem> of, bool ski
 
 Eigen::Vector3d Simulation::Core::force(const Item& item) noexcept {
   const double t = time();
-  Eigen::Vector3d total = network->network().mass(item.node) * network->gravity();
-  for (const int n : item.loads) {
-    const Load& load = network->loads()[static_cast<std::size_t>(n)];
-    total += load_factor(load, t, load_gate(t, plan.h)) * load.force;
-  }
+  // In the order of NetworkProblem::force, so that both give the same bits.
+  Eigen::Vector3d total = Eigen::Vector3d::Zero();
   for (std::size_t n = 0; n < item.springs.size(); ++n) {
     const Spring& s = item.springs[n];
     const Eigen::Vector3d d = position(s.b) - position(s.a);
@@ -184,6 +181,11 @@ Eigen::Vector3d Simulation::Core::force(const Item& item) noexcept {
       if (cell.nodes[c] == item.node) { total += Eigen::Vector3d(on[c].x, on[c].y, on[c].z); }
     }
   }
+  for (const int n : item.loads) {
+    const Load& load = network->loads()[static_cast<std::size_t>(n)];
+    total += load_factor(load, t, load_gate(t, plan.h)) * load.force;
+  }
+  total += network->network().mass(item.node) * network->gravity();
   return total;
 }
 

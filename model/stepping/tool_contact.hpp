@@ -45,7 +45,15 @@ class ToolState {
   }
   [[nodiscard]] ToolMotion motion() const noexcept { return {place_, velocity_}; }
   [[nodiscard]] ToolReport report() const noexcept {
-    return {place_, velocity_, depth_, cut_, slip_, mass_, forces_, losses_};
+    return {.place = place_,
+            .velocity = velocity_,
+            .depth = depth_,
+            .cut = cut_,
+            .slip = slip_,
+            .mass = mass_,
+            .touching = in_tissue(),
+            .forces = forces_,
+            .losses = losses_};
   }
   /// Energy of a tool with a coordinate [J]; zero under a prescribed trajectory.
   [[nodiscard]] double kinetic_energy() const noexcept {
@@ -240,8 +248,8 @@ template <class Real> class ToolContact : public ToolState {
     forces_.stiffness = (cuts ? 0.0 : tip_force_) + bone_force_;
     forces_.total = forces_.cutting + forces_.friction + forces_.stiffness;
     forces_.applied = is_coordinate() ? pushed : forces_.total;
-    forces_.lateral = sideways_.norm();
-    forces_.sideways = sideways_;
+    forces_.on_tool = sideways_ - forces_.total * n_;
+    forces_.lateral = lateral_force(forces_.on_tool, n_);
     hand_power_end_ = forces_.applied * velocity_;
     if (first_evaluation_) { hand_power_begin_ = hand_power_end_; }
     first_evaluation_ = false;

@@ -2,7 +2,9 @@
 #pragma once
 /// Modes, forces, energy losses and events of a tool.
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -26,11 +28,18 @@ struct ToolForces {
   double cutting = 0.0;
   double friction = 0.0;
   double stiffness = 0.0;
-  double total = 0.0;                       ///< sum of the above
-  double applied = 0.0;                     ///< by the hand
-  double lateral = 0.0;                     ///< magnitude of the lateral tissue force
-  Eigen::Vector3d sideways{0.0, 0.0, 0.0};  ///< lateral force on the tool
+  double total = 0.0;                      ///< sum of the above
+  double applied = 0.0;                    ///< by the hand
+  double lateral = 0.0;                    ///< magnitude of the lateral tissue force
+  Eigen::Vector3d on_tool{0.0, 0.0, 0.0};  ///< force of the tissue on the tool, tissue frame
 };
+
+/// Returns the magnitude of the part of a force across a direction of length 1; 0 if it is no more
+/// than the rounding of the force.
+inline double lateral_force(const Eigen::Vector3d& force, const Eigen::Vector3d& direction) {
+  const double across = (force - force.dot(direction) * direction).norm();
+  return across > 8.0 * std::numeric_limits<double>::epsilon() * force.norm() ? across : 0.0;
+}
 
 enum class ToolEvent { contact, puncture, loss_of_resistance, bone, dural_puncture, withdrawn };
 
@@ -67,6 +76,7 @@ struct ToolReport {
   double cut = 0.0;       ///< largest cut depth so far [m]
   double slip = 0.0;      ///< sliding velocity of the shaft relative to the tissue [m/s]
   double mass = 0.0;      ///< [kg]; zero under a prescribed trajectory
+  bool touching = false;  ///< the tip is on the tissue or in it
   ToolForces forces{};
   ToolLosses losses{};
 };

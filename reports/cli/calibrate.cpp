@@ -12,10 +12,12 @@
 #include "fixtures/io/problems.hpp"
 #include "fixtures/io/scene_file.hpp"
 #include "model/problem/input_error.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "reports/calibration_report.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/recording_input.hpp"
+#include "validation/roll_out.hpp"
 
 namespace palpate::cli {
 namespace {
@@ -26,6 +28,7 @@ struct CalibrateOptions : CommonOptions {
   std::vector<std::string> parameters{};  ///< keys; empty: all
   std::vector<std::string> priors{};      ///< KEY=VALUE:SPREAD
   std::vector<std::string> bounds{};      ///< KEY=LOWER:UPPER
+  SubjectChoice subject{};                ///< simulator that is calibrated
   int jobs = 0;                           ///< parallel simulations; 0: one per core
   std::vector<std::string> conditions{};  ///< SCENE [KEY=VALUE]... RECORDING..., see split()
   std::vector<std::string> predictions{};
@@ -140,10 +143,34 @@ using namespace calibration;
 
 void tell_stage(const char* stage) { std::fprintf(stderr, "palpate: %s\n", stage); }
 
-CalibrationOptions calibration_options(const CalibrateOptions& options) {
+/// Simulates an insertion with a simulator of its own process. Each candidate is a scene folder.
+ObservedInsertion simulate_with(const SubjectChoice& choice,
+                                const std::shared_ptr<const io::SceneFile>& file,
+                                const Scene& scene) {
+  const std::unique_ptr<Subject> subject = make_subject(choice, file);
+  try {
+    subject->load(scene, build_network(scene), true);
+  } catch (const CannotDo& problem) {
+    throw InputError("--subject " + choice.subject + ": " + problem.what());
+  }
+  const Trace run = roll_out(*subject, scene, {}, {.stop = &interrupted});
+  if (run.interrupted) { throw Interrupted(); }
+  if (run.diverged) {
+    return {.refusal = "diverges at t = " + std::to_string(run.diverged_at) + " s"};
+  }
+  return observe(run);
+}
+
+CalibrationOptions calibration_options(const CalibrateOptions& options, const LoadedScene& loaded) {
   const auto cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   CalibrationOptions how{.jobs = options.jobs > 0 ? options.jobs : cores, .stop = &interrupted};
   if (!options.quiet && isatty(STDERR_FILENO) != 0) { how.progress = tell_stage; }
+  if (options.subject.foreign()) {
+    how.simulate = [choice = options.subject,
+                    file = std::make_shared<const io::SceneFile>(loaded.file)](const Scene& scene) {
+      return simulate_with(choice, file, scene);
+    };
+  }
   return how;
 }
 
@@ -416,11 +443,19 @@ int run_calibrate(const CalibrateOptions& options) {
   report.scene_hash = io::content_hash(loaded.file.text);
   report.command = options.command;
   report.provenance = build_provenance();
+  if (options.subject.subject.starts_with("trace:")) {
+    throw InputError("--subject " + options.subject.subject +
+                     ": a trace cannot be simulated at other values; PATH.so or exec:COMMAND");
+  }
+  // Refuses a scene that the simulator cannot represent.
+  if (const auto foreign = foreign_subject(options.subject, loaded)) {
+    report.provenance.merge(subject_provenance(foreign->facts()));
+  }
   std::vector<calibration::ObservedRecording> subjects;
   for (const CalibratedRecording& each : report.recordings) { subjects.push_back(each.observed); }
   try {
     report.result = calibration::calibrate(scene_at_priors(scene, parameters), parameters, subjects,
-                                           calibration_options(options));
+                                           calibration_options(options, loaded));
   } catch (const Interrupted&) {
     std::fprintf(stderr, "palpate: interrupted before a fit; nothing was written\n");
     return interrupted_code;
@@ -466,6 +501,7 @@ void add_calibrate(Program& program) {
             "value and SD of its logarithm, instead of the scene's; repeatable");
   add_value(command, "--bounds", options.bounds, "KEY=LOWER:UPPER",
             "least and largest value [4 spreads either side]; repeatable");
+  add_subject_options(command, options.subject);
   command.add_option("--jobs", options.jobs, "simulations at a time [one per core]")
       ->check(CLI::Range(1, 1024));
   command.footer(

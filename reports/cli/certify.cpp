@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <fstream>
 #include <future>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <sys/utsname.h>
@@ -25,6 +26,7 @@
 #include "validation/certificate/certificate.hpp"
 #include "validation/certificate/scene_loop.hpp"
 #include "validation/number_text.hpp"
+#include "validation/signal.hpp"
 
 #if defined(__x86_64__)
 #include <x86intrin.h>
@@ -253,16 +255,26 @@ std::optional<double> tissue_stiffness(const LoadedScene& loaded) {
   return compliance > 0.0 ? std::optional(1.0 / compliance) : std::nullopt;
 }
 
-/// Returns the simulator, loaded into the process of the loop. Throws InputError for others, whose
-/// ticks the loop's own thread cannot time.
-SubjectChoice subject_in_process(const CertifyOptions& options) {
-  SubjectChoice choice = options.subject;
-  choice.in_process = true;
-  if (choice.foreign() && !choice.subject.ends_with(".so")) {
+void refuse_trace(const SubjectChoice& choice) {
+  if (choice.subject.starts_with("trace:")) {
     throw InputError("--subject " + choice.subject +
-                     ": certify times ticks in its own process; a shared library (PATH.so)");
+                     ": a trace has no timing; a shared library (PATH.so) or exec:COMMAND");
   }
-  return choice;
+}
+
+/// Returns what the report says about a simulator. `subject` is loaded; its empty calls are timed.
+std::string subject_note(Subject& subject) {
+  const SubjectFacts facts = subject.facts();
+  std::string note = "The simulator is " + facts.name + " " + facts.version + ", " + facts.carrier +
+                     "; a tick includes the way to it and back";
+  std::vector<double> empty;
+  for (int n = 0; n < 1000; ++n) { empty.push_back(us * subject.round_trip()); }
+  const double median = comparison::quantile(empty, 0.5);
+  if (!(median > 0.0)) { return note + "."; }
+  return note + ". Control: an empty call takes " + plain_number(median, 3) +
+         " us in the middle, " + plain_number(comparison::quantile(empty, 0.99), 3) +
+         " us in 99 % of 1000, " + plain_number(*std::ranges::max_element(empty), 3) +
+         " us at worst; it is not subtracted.";
 }
 
 CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Progress& progress) {
@@ -276,9 +288,7 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
                    .processor_times = processor_times};
   if (options.subject.foreign()) {
     const auto file = std::make_shared<const io::SceneFile>(loaded.file);
-    plan.subject = [choice = subject_in_process(options), file] {
-      return make_subject(choice, file);
-    };
+    plan.subject = [choice = options.subject, file] { return make_subject(choice, file); };
   }
   if (!options.loads.empty()) { plan.loads = options.loads; }
   plan.outside_load = [](const std::string&, const std::vector<int>& processors) {
@@ -396,8 +406,14 @@ int run_certify(const CertifyOptions& options) {
     return machine_cannot;
   }
   const LoadedScene loaded = load_scene(options.scene, options, false);
-  (void)foreign_subject(subject_in_process(options),
-                        loaded);  // refuses a scene that it cannot represent
+  refuse_trace(options.subject);
+  std::string note;
+  std::map<std::string, std::string> subject;
+  // Refuses a scene that the simulator cannot represent.
+  if (const auto foreign = foreign_subject(options.subject, loaded)) {
+    note = subject_note(*foreign);
+    subject = subject_provenance(foreign->facts());
+  }
   Progress progress;
   const CertifyPlan plan = plan_of(options, loaded, progress);
   const std::filesystem::path folder = options.make_folder();
@@ -414,11 +430,9 @@ int run_certify(const CertifyOptions& options) {
   report.environment =
       environment_of(report.result.rights, plan.priority, report.cycles_per_second);
   if (options.subject.foreign()) {
-    const SubjectFacts facts = make_subject(subject_in_process(options))->facts();
-    report.provenance.merge(subject_provenance(facts));
+    report.provenance.merge(subject);
     report.not_counted = "only ticks of the model are counted";
-    report.result.notes.push_back("The simulator is " + facts.name + " " + facts.version +
-                                  ", loaded into the process of the loop.");
+    report.result.notes.push_back(note);
   } else {
     count_worst(options, plan.claim, report);
   }

@@ -48,7 +48,8 @@ std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts)
   return {{"subject", facts.name + " " + facts.version},
           {"subject licence", facts.licence},
           {"subject carrier", facts.carrier},
-          {"subject capabilities", names_of(facts.capabilities)}};
+          {"subject capabilities", names_of(facts.capabilities)},
+          {"subject confinement", facts.confinement.empty() ? "none" : facts.confinement}};
 }
 
 namespace {

@@ -73,6 +73,7 @@ struct ValidateOptions : CommonOptions {
   bool slack = false;             ///< list quantities far within their bounds
   int jobs = 0;                   ///< parallel jobs; 0: one per core
   std::uint64_t order = 0;        ///< seed of an alternative summation order; 0: default order
+  std::uint64_t seed = 0;         ///< of scenes that are drawn at run time; 0: another at every run
   std::filesystem::path cache{};  ///< folder for references, judged cases and libraries; if empty,
                                   ///< the user's cache folder
   std::filesystem::path data{};   ///< networks outside the project; if empty, the default folders
@@ -309,18 +310,23 @@ std::optional<SpringNetwork> outside_network(const std::vector<std::filesystem::
   return std::nullopt;
 }
 
-CaseContext context_of(const ValidateOptions& options, const reference::Cache& cache) {
+/// Files in `hidden` folders cannot be read by a simulator in a child process.
+CaseContext context_of(const ValidateOptions& options, const reference::Cache& cache,
+                       const std::vector<std::filesystem::path>& hidden) {
   CaseContext context;
   context.quick = options.quick;
   context.skip = !options.no_skip;
   context.order = options.order;
+  context.seed = options.seed;
   context.cache = &cache;
   context.outside_network = [folders = data_folders(options.data)](std::string_view name) {
     return outside_network(folders, name);
   };
   context.damaged_files = try_damaged_files;
   if (options.subject.foreign()) {
-    context.subject = [choice = options.subject] { return make_subject(choice); };
+    SubjectChoice choice = options.subject;
+    choice.limits.hidden = hidden;
+    context.subject = [choice] { return make_subject(choice); };
   }
   return context;
 }
@@ -505,6 +511,8 @@ void add_cases(CLI::App& command, ValidateOptions& options, const char* help) {
   command.add_flag("--quick", options.quick, "the short form");
   add_value(command, "--cache", options.cache, "DIR",
             "folder of kept references, judged cases and libraries of revisions [user's cache]");
+  add_value(command, "--seed", options.seed, "SEED",
+            "seed of the scenes that are drawn at run time, to repeat them [another in every run]");
 }
 
 const std::map<std::string, std::string>& advice();
@@ -535,8 +543,9 @@ int judge(const ValidateOptions& options, const Judging& what) {
     std::printf("%s not run again: code, solvers and data are as before (--no-skip runs them)\n",
                 told_of(kept).c_str());
   }
+  const CaseContext context = context_of(options, cache, {cache_folder, folder});
   const RunnerResult ran =
-      run_cases(to_run, context_of(options, cache), what.jobs, interrupted,
+      run_cases(to_run, context, what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
                   if (!options.quiet) { tell_case(outcome, finished, total); }
                   if (!options.quiet && what.advises) { tell_advice(outcome); }
@@ -552,7 +561,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     if (!options.quiet) { tell_case(*changed, results.outcomes.size(), results.outcomes.size()); }
   }
   if (options.subject.foreign()) {
-    results.provenance.merge(subject_provenance(make_subject(options.subject)->facts()));
+    results.provenance.merge(subject_provenance(context.make_subject()->facts()));
     results.provenance["coverage"] = coverage(results.outcomes);
     if (!options.quiet) { std::printf("%s\n", results.provenance["coverage"].c_str()); }
   }
@@ -624,10 +633,12 @@ const std::map<std::string, std::string>& advice() {
       {"audit/renumbered", "the order of nodes.csv must be kept by get_state"},
       {"audit/stiffness",
        "read springs.csv at every load; do not keep a scene by its title or path"},
+      {"audit/drawn", "the note holds the seed; --seed repeats the scene"},
       {"audit/repeat", "reset must restore positions, velocities, time and every inner state"},
       {"audit/memory", "free the scene in destroy, and nothing may grow with the steps"},
       {"needle", "force is that of the tissue on the tool; the tool's depth is along z"},
-      {"probe", "force is that of the tissue on the tool, over the whole face"}};
+      {"probe", "force is that of the tissue on the tool, over the whole face"},
+      {"layered", "every row of layers.csv has its own modulus, from top_m to bottom_m"}};
   return texts;
 }
 

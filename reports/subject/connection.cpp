@@ -17,8 +17,12 @@
 #include <poll.h>
 #include <stdexcept>
 #include <string_view>
+#if __has_include(<linux/landlock.h>)
+#include <linux/landlock.h>
+#endif
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <thread>
 #include <type_traits>
@@ -85,6 +89,7 @@ class FrameReader {
     std::memcpy(&value, next(sizeof(T)), sizeof(T));
     return value;
   }
+  void take_bytes(void* to, std::size_t size) { std::memcpy(to, next(size), size); }
   void take(double* values, std::size_t count) {
     if (count > 0) { std::memcpy(values, next(count * sizeof(double)), count * sizeof(double)); }
   }
@@ -218,6 +223,80 @@ class LibraryConnection final : public Connection {
   int last_status_ = PALPATE_OK;
 };
 
+/// Landlock ruleset for a child process: files can be read everywhere but in hidden folders.
+/// Landlock has no exceptions, so on the way from the root to a hidden folder every neighbour is
+/// allowed by itself. Files that appear later beside a hidden folder or beside its parents cannot
+/// be read either; the scratch folder can.
+class ReadBarrier {
+ public:
+  ReadBarrier(const std::vector<std::filesystem::path>& hidden,
+              const std::vector<std::filesystem::path>& readable) {
+    if (hidden.empty()) { return; }
+#ifdef LANDLOCK_ACCESS_FS_READ_FILE
+    const landlock_ruleset_attr handled{.handled_access_fs = LANDLOCK_ACCESS_FS_READ_FILE};
+    // Every version of Landlock has this right; later members of the struct stay out.
+    rules_ = static_cast<int>(
+        syscall(SYS_landlock_create_ruleset, &handled, sizeof handled.handled_access_fs, 0));
+#endif
+    if (rules_ < 0) {
+      state_ = "the subject could read references and results: the kernel has no Landlock";
+      return;
+    }
+    for (const std::filesystem::path& folder : hidden) {
+      hidden_.push_back(std::filesystem::weakly_canonical(std::filesystem::absolute(folder)));
+    }
+    allow_around("/");
+    for (const std::filesystem::path& path : readable) { allow(path); }
+    state_ = "confined";
+  }
+  ~ReadBarrier() {
+    if (rules_ >= 0) { ::close(rules_); }
+  }
+  ReadBarrier(const ReadBarrier&) = delete;
+  ReadBarrier& operator=(const ReadBarrier&) = delete;
+
+  [[nodiscard]] const std::string& state() const { return state_; }
+  /// Confines the calling process; safe after fork. Returns false if the kernel refuses.
+  [[nodiscard]] bool enter() const {
+#ifdef LANDLOCK_ACCESS_FS_READ_FILE
+    return rules_ < 0 || (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+                          syscall(SYS_landlock_restrict_self, rules_, 0) == 0);
+#else
+    return true;
+#endif
+  }
+
+ private:
+  void allow(const std::filesystem::path& path) {
+#ifdef LANDLOCK_ACCESS_FS_READ_FILE
+    const int file = open(path.c_str(), O_PATH | O_CLOEXEC);
+    if (file < 0) { return; }
+    const landlock_path_beneath_attr rule{.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE,
+                                          .parent_fd = file};
+    syscall(SYS_landlock_add_rule, rules_, LANDLOCK_RULE_PATH_BENEATH, &rule, 0);
+    ::close(file);
+#endif
+  }
+  /// `folder` is a parent of a hidden folder.
+  void allow_around(const std::filesystem::path& folder) {
+    std::error_code problem;
+    for (std::filesystem::directory_iterator each(folder, problem), end; each != end;
+         each.increment(problem)) {
+      const std::filesystem::path& path = each->path();
+      if (each->is_symlink(problem)) { continue; }  // its target has a rule of its own
+      const auto inside = [&path](const std::filesystem::path& one) {
+        return std::mismatch(path.begin(), path.end(), one.begin(), one.end()).first == path.end();
+      };
+      if (std::ranges::find(hidden_, path) != hidden_.end()) { continue; }
+      std::ranges::any_of(hidden_, inside) ? allow_around(path) : allow(path);
+    }
+  }
+
+  std::vector<std::filesystem::path> hidden_{};
+  std::string state_{};
+  int rules_ = -1;
+};
+
 /// Name of a signal: "SIGSEGV".
 std::string signal_text(int signal) {
   const char* name = sigabbrev_np(signal);
@@ -278,7 +357,13 @@ class PipeConnection final : public Connection {
     const auto inside = taken<double>(answer, PALPATE_CALL_STEP);
     if (host_) { seconds = inside; }
     if (input != nullptr && output != nullptr) {
-      *output = taken<palpate_tool_output>(answer, PALPATE_CALL_STEP);
+      constexpr std::size_t without_depth = offsetof(palpate_tool_output, depth);
+      *output = empty_output();
+      if (answer.left() == without_depth) {
+        answer.take_bytes(output, without_depth);
+      } else {
+        *output = taken<palpate_tool_output>(answer, PALPATE_CALL_STEP);
+      }
     }
     return status_ == PALPATE_DIVERGED;
   }
@@ -350,6 +435,16 @@ class PipeConnection final : public Connection {
     std::vector<char*> arguments;
     for (std::string& word : words) { arguments.push_back(word.data()); }
     arguments.push_back(nullptr);
+    std::vector<std::filesystem::path> readable{scratch()};
+    if (host_) { readable.emplace_back(words.back()); }
+    const ReadBarrier barrier(limits_.hidden, readable);
+    facts_.confinement = barrier.state();
+    const std::string temporary = "TMPDIR=" + scratch().string();
+    std::vector<char*> variables{const_cast<char*>(temporary.c_str())};
+    for (char** each = environ; *each != nullptr; ++each) {
+      if (!std::string_view(*each).starts_with("TMPDIR=")) { variables.push_back(*each); }
+    }
+    variables.push_back(nullptr);
     child_ = fork();
     if (child_ == 0) {
       // Only calls that are safe after fork in a program with threads.
@@ -359,7 +454,8 @@ class PipeConnection final : public Connection {
       dup2(to[0], STDIN_FILENO);
       dup2(from[1], STDOUT_FILENO);
       dup2(errors_, STDERR_FILENO);
-      execvp(arguments[0], arguments.data());
+      if (!barrier.enter()) { _exit(126); }
+      execvpe(arguments[0], arguments.data(), variables.data());
       _exit(127);
     }
     ::close(to[0]);

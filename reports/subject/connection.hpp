@@ -9,7 +9,9 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "fixtures/io/file_bytes.hpp"
 #include "validation/subject/capabilities.hpp"
 
 namespace palpate {
@@ -18,6 +20,8 @@ struct SubjectLimits {
   double call_seconds = 10.0;               ///< of a call; hello, load and reset may take six times
   double memory_mib = 4096.0;               ///< resident memory of the child process [MiB]
   const std::atomic<bool>* stop = nullptr;  ///< ends a call when it becomes true
+  /// Folders whose files a child process may not read: references and earlier results.
+  std::vector<std::filesystem::path> hidden{};
 
   [[nodiscard]] double load_seconds() const { return 6.0 * call_seconds; }
 };
@@ -28,6 +32,8 @@ class Connection {
  public:
   virtual ~Connection() = default;
   [[nodiscard]] const SubjectFacts& facts() const { return facts_; }
+  /// Returns a folder for files of the subject: the scene folders, and its temporary files.
+  [[nodiscard]] const std::filesystem::path& scratch() const { return scratch_.path(); }
 
   virtual void load(const std::filesystem::path& folder, const std::string& options_json) = 0;
   virtual void reset(std::uint64_t seed) = 0;
@@ -48,12 +54,15 @@ class Connection {
 
  protected:
   SubjectFacts facts_{};
+
+ private:
+  io::ScratchFolder scratch_{};
 };
 
 /// Returns an output in which every number is NaN.
 inline palpate_tool_output empty_output() {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  return {{nan, nan, nan}, nan, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0};
+  return {{nan, nan, nan}, nan, nan, nan, nan, nan, nan, nan, nan, nan, 0, 0, nan};
 }
 
 /// Connects to PATH.so or exec:COMMAND. A library runs in a child process, palpate-subject-host,

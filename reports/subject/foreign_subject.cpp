@@ -44,13 +44,17 @@ class ForeignSubject final : public Subject {
     }
     scene_ = scene;
     problem_.emplace(network, resolve_loads(scene, network), scene.tissue.gravity);
-    folder_.emplace();
-    io::write_scene_folder(folder_->path(), {.scene = scene_,
-                                             .network = network,
-                                             .needs = names_of(needs),
-                                             .abi = PALPATE_SUBJECT_ABI,
-                                             .file = file_.get()});
-    connection_->load(folder_->path(), options_json_);
+    const std::filesystem::path folder =
+        connection_->scratch() / ("scene-" + std::to_string(++scenes_));
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directory(folder);
+    folder_ = folder;
+    io::write_scene_folder(folder, {.scene = scene_,
+                                    .network = network,
+                                    .needs = names_of(needs),
+                                    .abi = PALPATE_SUBJECT_ABI,
+                                    .file = file_.get()});
+    connection_->load(folder, options_json_);
     set_substeps();
     has_state_ = (can & PALPATE_CAN_STATE) != 0;
     state_.setZero(3, 2 * network.node_count());
@@ -159,9 +163,8 @@ class ForeignSubject final : public Subject {
       row[column++] = value;
     }
     if (scene_.probe && scene_.probe->path) {
-      const Eigen::Vector2d centre = scene_.probe->centre(time());
-      row[column++] = centre.x();
-      row[column++] = centre.y();
+      row[column++] = centre_.x();
+      row[column++] = centre_.y();
     }
   }
   [[nodiscard]] std::vector<TextColumn> text_columns() const override {
@@ -256,6 +259,7 @@ class ForeignSubject final : public Subject {
     report_ = {};
     pressure_ = 0.0;
     in_tissue_ = false;
+    tip_depth_ = nan;
     if (tool_) {
       report_.place = tool_->start_place();
       report_.depth = report_.place * tool_->direction().z();
@@ -358,6 +362,7 @@ class ForeignSubject final : public Subject {
       report_.velocity = (report_.place - before) / scene_.simulation.step;
     }
     report_.cut = output.cut;
+    tip_depth_ = output.depth;
     const double along = -force.dot(n);
     const double parts = output.cutting + output.friction + output.stiffness;
     if (std::abs(parts - along) > 1e-6 * (std::abs(output.cutting) + std::abs(output.friction) +
@@ -369,22 +374,25 @@ class ForeignSubject final : public Subject {
     ToolForces& f = report_.forces;
     f = {.cutting = output.cutting, .friction = output.friction, .stiffness = output.stiffness};
     f.total = std::isfinite(parts) ? parts : along;
+    centre_ = {input.position[0], input.position[1]};
     f.applied = std::isfinite(output.applied)        ? output.applied
                 : input.flags == PALPATE_TOOL_PUSHED ? input.applied_force
                                                      : f.total;
-    f.sideways = force + along * n;
-    f.lateral = f.sideways.norm();
+    f.on_tool = force;
+    f.lateral = lateral_force(force, n);
     pressure_ = output.pressure;
     if (output.substeps > 0) { substeps_ = static_cast<int>(output.substeps); }
-    if (output.events >= 2 * PALPATE_EVENT_WITHDRAWN) {
+    constexpr std::uint32_t both = PALPATE_TOOL_TOUCHING | PALPATE_TOOL_APART;
+    if (output.events >= 2 * PALPATE_TOOL_APART || (output.events & both) == both) {
       throw SubjectFailure("the subject reports events " + std::to_string(output.events) +
-                           "; a sum of the bits 1 to 32 is allowed");
+                           "; a sum of the bits 1 to 32, and of 64 or 128, is allowed");
     }
     for (unsigned bit = 0; bit < 6; ++bit) {
       if ((output.events >> bit & 1U) == 0) { continue; }
       happen(std::isfinite(output.event_time) ? output.event_time : time(),
              static_cast<ToolEvent>(bit));
     }
+    if ((output.events & both) != 0) { in_tissue_ = (output.events & PALPATE_TOOL_TOUCHING) != 0; }
   }
   void happen(double t, ToolEvent event) {
     if (event == ToolEvent::contact) { in_tissue_ = true; }
@@ -393,6 +401,7 @@ class ForeignSubject final : public Subject {
   }
   /// Interval of the path at the tip: in front of the cut tissue that it dents.
   [[nodiscard]] std::size_t interval() const {
+    if (std::isfinite(tip_depth_)) { return path_->interval_at(tip_depth_); }
     const double tip =
         std::isfinite(report_.cut) ? std::min(report_.place, report_.cut) : report_.place;
     return path_->interval_at(std::max(tip, 0.0));
@@ -401,7 +410,8 @@ class ForeignSubject final : public Subject {
   std::unique_ptr<Connection> connection_;
   std::string options_json_;
   std::shared_ptr<const io::SceneFile> file_;
-  std::optional<io::ScratchFolder> folder_{};
+  std::filesystem::path folder_{};  ///< of the loaded scene
+  int scenes_ = 0;                  ///< loaded so far
   Scene scene_{};
   std::optional<NetworkProblem> problem_{};
   std::vector<Item> items_{};
@@ -414,8 +424,10 @@ class ForeignSubject final : public Subject {
   Eigen::VectorXd velocity_{};
   Eigen::VectorXd force_{};
   ToolReport report_{};
+  double tip_depth_ = nan;  ///< in undeformed tissue [m]
   bool in_tissue_ = false;
-  double handle_ = 0.0;  ///< latest position of the hand's end of the coupling [m]
+  Eigen::Vector2d centre_{0.0, 0.0};  ///< of a sliding probe [m]
+  double handle_ = 0.0;               ///< latest position of the hand's end of the coupling [m]
   double pressure_ = 0.0;
   std::vector<ToolHappening> happenings_{};
   std::optional<double> seconds_{};

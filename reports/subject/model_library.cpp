@@ -19,7 +19,6 @@ struct palpate_subject {
   palpate::Scene scene;
   palpate::SpringNetwork network;
   std::optional<palpate::Simulation> simulation;
-  Eigen::Vector3d direction{0.0, 0.0, 1.0};
   Eigen::VectorXd coordinates;
   std::vector<double> row;
   std::size_t pressure = 0;  ///< column of the syringe's pressure; beyond the row without one
@@ -50,7 +49,6 @@ int load(const char* folder, const char*, palpate_subject** subject, char* error
     auto made = std::make_unique<palpate_subject>();
     made->scene = io::read_scene(std::string(folder) + "/scene.toml").scene;
     made->network = build_network(made->scene);
-    if (made->scene.needle) { made->direction = made->scene.needle->direction.normalized(); }
     made->begin();
     *subject = made.release();
     return PALPATE_OK;
@@ -70,14 +68,14 @@ int reset(palpate_subject* subject, std::uint64_t) {
 void write_output(palpate_subject& subject, palpate_tool_output& output) {
   const ToolReport tool = subject.simulation->tool();
   const ToolForces& f = tool.forces;
-  const Eigen::Vector3d force = f.sideways - f.total * subject.direction;
-  std::copy_n(force.data(), 3, output.force);
+  std::copy_n(f.on_tool.data(), 3, output.force);
   output.cutting = f.cutting;
   output.friction = f.friction;
   output.stiffness = f.stiffness;
   output.insertion = tool.place;
   output.insertion_rate = tool.velocity;
   output.cut = tool.cut;
+  output.depth = tool.depth;
   output.applied = f.applied;
   output.substeps = static_cast<std::uint32_t>(subject.simulation->plan().substeps);
   if (subject.pressure < subject.row.size()) {
@@ -88,6 +86,7 @@ void write_output(palpate_subject& subject, palpate_tool_output& output) {
     output.events |= 1U << static_cast<unsigned>(happening.event);
     output.event_time = happening.time;
   }
+  output.events |= tool.touching ? PALPATE_TOOL_TOUCHING : PALPATE_TOOL_APART;
   subject.simulation->forget_tool_happenings();
 }
 

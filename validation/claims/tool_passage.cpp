@@ -2,6 +2,7 @@
 /// Needle insertions: layers in order, loss of resistance, bone, angles, spacing, reinsertion.
 
 #include <algorithm>
+#include <array>
 
 #include "model/problem/tool.hpp"
 #include "validation/claims/groups.hpp"
@@ -17,6 +18,17 @@ Scene timed(Scene scene, double duration, double step = 1e-3) {
   return scene;
 }
 
+/// Tolerance on a law, relative: rounding for the model, whose contact satisfies it exactly; 2 %
+/// for other simulators, which may regularise it.
+double exactness(const CaseContext& context) { return context.subject ? 0.02 : 1e-12; }
+
+/// Skips the case for a simulator that reports only the whole force on its tool.
+void require_parts(const std::vector<ToolReport>& tool) {
+  if (std::isnan(tool.back().forces.cutting) || std::isnan(tool.back().forces.stiffness)) {
+    throw CannotDo("the subject does not report cutting and stiffness apart");
+  }
+}
+
 /// Tool at the first sample at or after an instant.
 const ToolReport& at(const Insertion& run, double time) {
   const auto found = std::ranges::lower_bound(run.trace.time, time - 1e-9);
@@ -27,6 +39,7 @@ const ToolReport& at(const Insertion& run, double time) {
 void measure_order(const CaseContext& context, Outcome& outcome) {
   const Scene scene = timed(seven_soft_layers(), 1.25, 1e-4);
   const auto [run, tool] = insert(context, scene);
+  require_parts(tool);
   std::string kinds;
   for (const Event& e : run.events) { kinds += (kinds.empty() ? "" : " ") + e.kind; }
   outcome.judge_true(
@@ -46,7 +59,7 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
     }
     table.rows.push_back(
         {layer.tissue, 1e3 * layer.thickness, material.cutting_force, peak.value()});
-    const double slack = std::max(material.cutting_force, 1.0) * 1e-12;
+    const double slack = std::max(material.cutting_force, 1.0) * exactness(context);
     outcome.judge({.name = "peak_in_" + layer.material,
                    .value = peak.value(),
                    .unit = "N",
@@ -62,13 +75,14 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
   const Syringe syringe{};
   scene.syringe = syringe;
   const Insertion insertion = insert(context, scene);
+  require_parts(insertion.tool);
   const Trace& run = insertion.trace;
   const double loss = run.time_of("loss-of-resistance");
   const ToolForces& before = at(insertion, loss - 2e-3).forces;
   const ToolForces& after = at(insertion, loss).forces;
   outcome.judge_near(
       "drop_of_the_tip_force", before.cutting + before.stiffness - after.cutting - after.stiffness,
-      1.2, 1e-12,
+      1.2, 1.2 * exactness(context),
       "law: from the cutting force of the flavum to none in the epidural space, within a tick",
       "N");
   const std::vector<double>& pressure = run.values("syringe.pressure_pa");
@@ -87,7 +101,7 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
   };
   const double rc = syringe.epidural_resistance * syringe.compliance;
   outcome.judge_near("drop_time_90_10_over_r_c", (crossing(0.1) - crossing(0.9)) / rc,
-                     std::log(9.0), 2e-3,
+                     std::log(9.0), std::max(2e-3, exactness(context)),
                      "theory: ln 9 of an exponential; ticks of 1 ms interpolated");
   outcome.judge_between("pressure_before", high, 0.1 * syringe.thumb_force / syringe.plunger_area,
                         syringe.thumb_force / syringe.plunger_area * (1.0 + 1e-12),
@@ -106,18 +120,22 @@ void measure_bone(const CaseContext& context, Outcome& outcome) {
   scene.tissue.layers[4] = {"lamina", "bone", 0.0122};
   scene.tissue.layers.resize(5);
   const double bone = 0.0158;
+  // Rounding of 16 mm for the model; a simulator that penalises the penetration of bone by its
+  // hand's force over 10 MN/m, stiffer than a probe on bone is.
+  const double soft = context.subject ? 1e-5 : 1e-15;
   scene.drive = Drive{.kind = Drive::Kind::force, .force = 100.0, .rise = 1.0};
   const auto [run, tool] = insert(context, scene);
   Largest deepest;
   for (const ToolReport& row : tool) { deepest.add(row.place); }
   outcome.judge_at_most("deepest_place_less_the_bone_s",
-                        run.diverged ? std::nan("") : deepest.value() - bone, 1e-15,
-                        "law: bone is never pierced; rounding of 16 mm", "m");
-  outcome.judge_near("place_at_rest", tool.back().place, bone, 1e-15,
-                     "law: it rests on the bone; rounding of 16 mm", "m");
+                        run.diverged ? std::nan("") : deepest.value() - bone, soft,
+                        "law: bone is never pierced; rounding of 16 mm, 10 um for others", "m");
+  outcome.judge_near("place_at_rest", tool.back().place, bone, soft,
+                     "law: it rests on the bone; rounding of 16 mm, 10 um for others", "m");
   const ToolForces& f = tool.back().forces;
-  outcome.judge_at_most("force_at_rest_less_the_hand_s", std::abs(f.total - 100.0), 1e-9, "balance",
-                        "N");
+  outcome.judge_at_most("force_at_rest_less_the_hand_s", std::abs(f.total - 100.0),
+                        std::max(1e-9, context.subject ? 100.0 * exactness(context) : 0.0),
+                        "balance", "N");
   outcome.judge_equal("bone_events", run.count("bone"), 1.0, "reported once");
 }
 
@@ -218,6 +236,7 @@ void measure_thin(const CaseContext& context, Outcome& outcome) {
   scene.materials.push_back(tissue_of("membrane", 300e3, 1.0, 0.0));
   scene.tissue.layers.insert(scene.tissue.layers.begin() + 3, {"membrane", "membrane", 0.0002});
   const auto [run, tool] = insert(context, scene);
+  require_parts(tool);
   Largest peak;
   for (std::size_t n = 0; n < tool.size(); ++n) {
     if (run.texts("tool.layer")[n] == "membrane") { peak.add(tool[n].forces.stiffness); }
@@ -225,7 +244,8 @@ void measure_thin(const CaseContext& context, Outcome& outcome) {
   outcome.judge_at_least("punctures_of_the_membrane",
                          std::isnan(run.time_of("puncture", "membrane")) ? 0.0 : 1.0, 1.0,
                          "no layer is skipped");
-  outcome.judge_between("peak_in_the_membrane", peak.value(), 0.99, 1.0 + 1e-12,
+  outcome.judge_between("peak_in_the_membrane", peak.value(), 0.99 - exactness(context),
+                        1.0 + exactness(context),
                         "its cutting force; the last tick before it is 1 % below", "N");
 }
 
@@ -448,7 +468,7 @@ void measure_continuum(const CaseContext& context, Outcome& outcome) {
 }  // namespace
 
 std::vector<Case> passage_cases() {
-  return {
+  std::vector<Case> cases{
       {"needle/continuum-stiffness", "accuracy",
        "A needle that has not cut has the stiffness of a rigid flat punch of its diameter on a "
        "half "
@@ -477,6 +497,24 @@ std::vector<Case> passage_cases() {
       {"needle/stress", "stability",
        "At extremes of speed, force and step an insertion stays finite or says that it diverged.",
        measure_stress, 6.0}};
+  // These need only the tool's force and events.
+  for (Case& one : cases) {
+    constexpr std::array open{"needle/continuum-stiffness",
+                              "needle/layers",
+                              "needle/loss-of-resistance",
+                              "needle/bone",
+                              "needle/track",
+                              "needle/thin-layer"};
+    if (std::ranges::find(open, one.name) == open.end()) { continue; }
+    one.any_subject = true;
+    one.measure = [inner = one.measure](const CaseContext& context, Outcome& outcome) {
+      if (context.subject && context.subject()->facts().replayed) {
+        throw CannotDo("a trace has no events");
+      }
+      inner(context, outcome);
+    };
+  }
+  return cases;
 }
 
 }  // namespace palpate::tools

@@ -40,9 +40,10 @@ class SubjectFailure : public std::runtime_error {
 struct SubjectFacts {
   std::string name{};
   std::string version{};
-  std::string licence{};     ///< SPDX identifier
-  std::string parameters{};  ///< names, comma-separated
-  std::string carrier{};     ///< "in process", "shared library", "pipe", "trace"
+  std::string licence{};      ///< SPDX identifier
+  std::string parameters{};   ///< names, comma-separated
+  std::string carrier{};      ///< "in process", "shared library", "pipe", "trace"
+  std::string confinement{};  ///< "confined", or why the subject could read references; empty: none
   Capabilities capabilities = 0;
   bool replayed = false;  ///< a trace: one step, one stiffness, no time
   bool sparse = false;    ///< columns that it does not have are NaN from the first row on

@@ -6,6 +6,9 @@
  * functions. Palpate loads the library in a child process and calls the table. docs/subjects.md is
  * the manual; `palpate subject new` writes a working skeleton.
  *
+ * The child process cannot read files in Palpate's cache of references and in the output folder
+ * where the kernel can prevent it (Landlock).
+ *
  * Conventions: C99, SI units, double precision, little-endian files. A vector is x, y, z. The
  * tissue frame is right-handed with z into the tissue; the undeformed skin is at z = 0. Calls come
  * from one thread, one after another. No function may throw, exit, or write to standard output.
@@ -81,14 +84,18 @@ typedef struct palpate_tool_input {
   uint32_t reserved; /* 0 */
 } palpate_tool_input;
 
-/* Bits of palpate_tool_output.events. Several events of one step happen in this order. */
+/* Bits of palpate_tool_output.events. Several events of one step happen in this order. Two more
+ * bits say whether the tool touches the tissue at the end of the step; a tool that rebounds may
+ * touch and part without an event. Without either it touches from contact to withdrawal. */
 enum {
   PALPATE_EVENT_CONTACT = 1,
   PALPATE_EVENT_PUNCTURE = 2,
   PALPATE_EVENT_LOSS_OF_RESISTANCE = 4,
   PALPATE_EVENT_BONE = 8,
   PALPATE_EVENT_DURAL_PUNCTURE = 16,
-  PALPATE_EVENT_WITHDRAWN = 32
+  PALPATE_EVENT_WITHDRAWN = 32,
+  PALPATE_TOOL_TOUCHING = 64,
+  PALPATE_TOOL_APART = 128
 };
 
 /* State of the tool at the end of the step. The subject fills what it has; numbers that it leaves
@@ -108,6 +115,8 @@ typedef struct palpate_tool_output {
   double event_time;     /* of the events [s]; NaN: at the end of the step */
   uint32_t events;
   uint32_t substeps; /* integration steps within the step; 0: unknown */
+  double depth;      /* of the tip in undeformed tissue, which has the layer that it is in [m]; NaN:
+                      * the smaller of insertion and cut. Answers on the pipe may leave it out */
 } palpate_tool_output;
 
 typedef struct palpate_subject_api {
@@ -138,10 +147,11 @@ typedef struct palpate_subject_api {
    * 3 * nodes values [m, m/s]. */
   int (*get_state)(palpate_subject*, double* position, double* velocity, size_t nodes);
   int (*set_state)(palpate_subject*, const double* position, const double* velocity, size_t nodes);
-  /* Names in use: "substeps" (integration steps per step), "tolerance", "stiffness_scale" (of all
-   * springs). Takes effect at the next reset. */
+  /* Palpate sets "substeps" (integration steps per step) if `parameters` names it. Takes effect at
+   * the next reset. */
   int (*set_parameter)(palpate_subject*, const char* name, double value);
-  /* Kinetic, elastic and dissipated energy so far [J]; NaN: not accounted for. */
+  /* Kinetic, elastic and dissipated energy so far [J]; NaN: not accounted for. With all three,
+   * their sum is judged against the work of the loads. */
   int (*energy)(palpate_subject*, double joule[3]);
   void (*destroy)(palpate_subject*);
 } palpate_subject_api;

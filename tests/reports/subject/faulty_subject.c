@@ -4,6 +4,7 @@
 #include "fixtures/subjects/skeletons/subject.c"
 #undef palpate_subject_api_v1
 
+#include <errno.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -22,6 +23,14 @@ static int load_with_fault(const char* folder, const char* options, palpate_subj
   if (status != PALPATE_OK) { return status; }
   palpate_subject* s = *subject;
   if (is("null-subject")) { *subject = NULL; }
+  if (is("peek")) { /* the file at the end of the options: an answer that it may not read */
+    const char* path = strstr(options, "\"/");
+    char name[4096] = "";
+    FILE* file = path != NULL && sscanf(path, "\"%4095[^\"]", name) == 1 ? fopen(name, "r") : NULL;
+    snprintf(error, size, "%s %s", name, file != NULL ? "was read" : strerror(errno));
+    if (file != NULL) { fclose(file); }
+    return PALPATE_FAILED;
+  }
   if (is("stiffness") && s->springs > 0) {
     for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = 50.0; }
   }
@@ -75,6 +84,7 @@ static int set_with_fault(palpate_subject* s, const double* position, const doub
 static int energy_with_fault(palpate_subject* s, double joule[3]) {
   const int status = energy(s, joule);
   if (is("energy")) { joule[0] *= 2.0; }
+  if (is("dissipation")) { joule[2] *= 0.5; }
   return is("claims") ? PALPATE_UNSUPPORTED : status;
 }
 

@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# calibrate and certify with a simulator under test: the model behind the interface gives the same fit, and ticks of
+# other processes are timed with their carrier.
+set -euo pipefail
+palpate=$1 root=$2 out=$3 library=$4 recordings=$5
+rm -rf "$out"
+mkdir -p "$out"
+fail() { echo "$1"; exit 1; }
+scenes=$root/fixtures/scenes
+
+if [ -f "$library" ]; then
+  quick=("$recordings/bmi-25-continuous-01.h5" "$recordings/bmi-25-continuous-02.h5"
+         --scene "$scenes/epidural-bmi-30.toml" --set 'tissue.layers.nodes=[3,3]' --set tissue.layers.spacing=0.02
+         --set simulation.step=4e-3 --parameter syringe.thumb_force --quiet)
+  "$palpate" calibrate "${quick[@]}" --out "$out/here" || [ $? -eq 1 ]
+  "$palpate" calibrate "${quick[@]}" --subject "$library" --out "$out/there" || [ $? -eq 1 ]
+  cmp "$out/here/fitted.toml" "$out/there/fitted.toml" || fail "the model behind the interface gives another fit"
+  grep -q "subject carrier" "$out/there/report.html" || fail "the page does not name the simulator"
+  ! grep -q "subject carrier" "$out/here/report.html" || fail "the page names a simulator without one"
+fi
+status=0
+"$palpate" calibrate "$recordings/bmi-25-continuous-01.h5" --scene "$scenes/epidural-bmi-30.toml" --quiet \
+  --subject "exec:python3 $root/fixtures/subjects/python/adapter.py" --out "$out/none" 2> "$out/said" || status=$?
+[ "$status" -eq 2 ] && grep -q "does not declare: tool-needle syringe" "$out/said" ||
+  fail "a simulator without a needle: exit $status, $(cat "$out/said")"
+[ ! -e "$out/none" ] || fail "a calibration that cannot be made leaves a folder"
+
+certified() {  # folder, subject, carrier: a certificate that names the carrier and its control
+  local status=0
+  "$palpate" certify "$scenes/network-example/scene.toml" --ordinary --quiet --subject "$2" --out "$1" || status=$?
+  [ "$status" -eq 0 ] || [ "$status" -eq 1 ] || [ "$status" -eq 3 ] || fail "certify --subject $2: exit $status"
+  grep -q "$3; a tick includes" "$1/certificate.json" || fail "no carrier in $1/certificate.json"
+  grep -q "an empty call takes" "$1/certificate.json" || fail "no control in $1/certificate.json"
+}
+certified "$out/pipe" "exec:python3 $root/fixtures/subjects/python/adapter.py" pipe
+[ ! -f "$library" ] || certified "$out/host" "$library" "shared library"
+status=0
+"$palpate" certify "$scenes/s26.toml" --subject trace:a.csv --out "$out/trace" 2> "$out/said" || status=$?
+[ "$status" -eq 2 ] && grep -q "a trace has no timing" "$out/said" || fail "a trace was certified: exit $status"
