@@ -286,6 +286,11 @@ std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
         "calibrate: --condition names scenes and recordings; neither --scene nor "
         "recordings can stand beside it");
   }
+  if (options.subject.foreign()) {
+    throw InputError(
+        "calibrate: --subject simulates recordings of one --scene; --condition is "
+        "simulated by the model");
+  }
   if (options.conditions.empty()) {
     throw InputError("calibrate: --predict needs a --condition to fit");
   }
@@ -385,7 +390,7 @@ int run_insertions(const CalibrateOptions& options) {
   for (calibration::Condition& each : conditions) {
     each.scene = calibration::at_priors(each.scene, parameters);
   }
-  const CalibrationOptions how = calibration_options(options);
+  const CalibrationOptions how = calibration_options(options, given.front().scene);
   InsertionFitReport report{.command = options.command, .provenance = build_provenance()};
   try {
     InsertionFitOptions fit_options{

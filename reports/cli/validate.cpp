@@ -543,7 +543,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     std::printf("%s not run again: code, solvers and data are as before (--no-skip runs them)\n",
                 told_of(kept).c_str());
   }
-  const CaseContext context = context_of(options, cache, {cache_folder, folder});
+  const CaseContext context = context_of(options, cache, {cached, folder});
   const RunnerResult ran =
       run_cases(to_run, context, what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
@@ -663,6 +663,7 @@ struct BenchOptions : ValidateOptions {
   std::string against{};            ///< revision or step library, timed in pairs with this build
   int self_test = 0;                ///< number of comparisons of this build with itself
   std::filesystem::path history{};  ///< file with one line per run; empty: no history
+  std::vector<std::filesystem::path> ticks{};  ///< scenes with a tool
 };
 
 /// Workloads with a lattice, a list of springs and a needle, which together cover most of the code.
@@ -701,16 +702,35 @@ std::function<Outcome(const Results&)> keep_history(const std::filesystem::path&
   };
 }
 
+/// Times the ticks of scenes. Throws InputError for a scene without a tool.
+int bench_ticks(const BenchOptions& options, Judging judging) {
+  for (const std::filesystem::path& file : options.ticks) {
+    const LoadedScene loaded = load_scene(file, options, false);
+    const Scene& scene = loaded.file.scene;
+    if (!scene.needle && !scene.probe) {
+      throw InputError("--ticks " + file.string() + ": has no tool; a needle or probe is needed");
+    }
+    const std::string name =
+        file.stem() == "scene" ? file.parent_path().filename().string() : file.stem().string();
+    judging.cases.push_back(bench::tick_case(name, scene));
+  }
+  return judge(options, judging);
+}
+
 /// Runs cases one at a time, so that they do not disturb each other's timing.
 int run_bench(const BenchOptions& options) {
   catch_interrupts();
   Judging judging{.title = "Palpate benchmark", .jobs = 1};
+  if (!options.overrides.empty() && options.ticks.empty()) {
+    throw InputError("bench: --set overrides keys of the scenes of --ticks; there are none");
+  }
   if (!options.history.empty()) { judging.afterwards = keep_history(options.history); }
   if (options.subject.foreign() && (!options.against.empty() || options.self_test > 0)) {
     throw InputError("--subject with --against or --self-test: these time builds of the model");
   }
   if (!options.against.empty()) { return bench_against(options, judging); }
   if (options.self_test > 0) { return bench_itself(options, judging); }
+  if (!options.ticks.empty()) { return bench_ticks(options, judging); }
   judging.cases = bench::all_benches(timing::callgrind_counter(&interrupted));
   if (options.subject.foreign()) {
     judging.title = "Benchmark of " + make_subject(options.subject)->facts().name;
@@ -783,6 +803,10 @@ void add_bench(Program& program) {
   add_value(command, "--history", options.history, "FILE",
             "append the results as a line of JSON, and test the recorded runs for slow drift");
   add_subject_options(command, options.subject);
+  CLI::Option* ticks = add_value(command, "--ticks", options.ticks, "SCENE",
+                                 "time every tick of this scene, and judge what its tolerance and "
+                                 "reduced-order model change; repeatable");
+  add_overrides(command, options);
   CLI::Option* against =
       add_value(command, "--against", options.against, "REV|FILE",
                 "time this build in pairs with that of a revision (scripts/build-base makes it), "
@@ -790,7 +814,9 @@ void add_bench(Program& program) {
   add_value(command, "--self-test", options.self_test, "N",
             "number of comparisons of this build with itself, and with itself slowed down by 5 %")
       ->check(CLI::Range(1, 10000))
-      ->excludes(against);
+      ->excludes(against)
+      ->excludes(ticks);
+  ticks->excludes(against);
 }
 
 void add_report(Program& program) {

@@ -56,7 +56,10 @@ void break_lattice(SpringNetwork& network);
 std::vector<Case> kernel_cases();     ///< kernels, instruction sets, threads, skips
 std::vector<Case> precision_cases();  ///< error against run time
 std::vector<Case> needle_cases();     ///< stiff needle, reduced-order model
-std::vector<Case> frontier_cases();   ///< error against force evaluations
+/// Processor time of every tick of a scene with a tool, the least of five runs, and the error of
+/// the force against the same scene with every node, solved to rounding.
+Case tick_case(const std::string& name, const Scene& scene);
+std::vector<Case> frontier_cases();  ///< error against force evaluations
 std::vector<Case> instruction_cases(const timing::InstructionCounter& counter);
 
 /// Returns all cases in that order.

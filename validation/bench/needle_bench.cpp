@@ -5,7 +5,9 @@
 
 #include "validation/bench/bench_cases.hpp"
 #include "validation/claims/tool_fixture.hpp"
+#include "validation/number_text.hpp"
 #include "validation/signal.hpp"
+#include "validation/statistics.hpp"
 
 namespace palpate::bench {
 
@@ -204,7 +206,50 @@ void measure_far_field(const CaseContext& context, Outcome& outcome) {
   table.rows.push_back(row_of("every node, explicit steps, two threads", truth, truth));
 }
 
+// What each tick of a scene costs, and what its tolerance and reduced-order model change.
+
+void measure_scene(const Scene& given, const CaseContext& context, Outcome& outcome) {
+  Scene scene = given;
+  scene.output.frames = 0;
+  const TimedInsertion run = insert_repeatedly(scene, context.quick ? 2 : 5);
+  const auto worst = std::ranges::max_element(run.seconds) - run.seconds.begin();
+  judge_ticks(run, 1e6 * scene.simulation.step, "wanted: the period of a tick", outcome);
+  outcome.timings.push_back({"mean_tick", 1e6 * comparison::mean_of(run.seconds), "us"});
+  add_times(run, "of_the_scene", outcome);
+  outcome.timings.push_back({"loading", run.loading, "s"});
+  outcome.notes.push_back("the worst tick ends at t = " +
+                          short_number(scene.simulation.step * static_cast<double>(worst + 1)) +
+                          " s");
+  Scene whole = scene;
+  whole.simulation.near_radius = 0.0;
+  whole.simulation.solver_tolerance = 0.0;
+  whole.simulation.sleep_force = 0.0;
+  whole.simulation.precision = Precision::double_precision;
+  const TimedInsertion truth = insert(whole);
+  const std::vector<double> off = errors(run, truth, 1);
+  outcome.judge_at_most("share_of_ticks_more_than_2_percent_off",
+                        count_above(off, 0.02) / static_cast<double>(off.size()), 0.01,
+                        "wanted: 2 % of the largest force, against every node in double precision "
+                        "solved to rounding; events may move by some ticks");
+  outcome.judge_at_most("peak_force_off",
+                        std::abs(std::ranges::max(run.force) / std::ranges::max(truth.force) - 1.0),
+                        0.02, "wanted: 2 % of it");
+}
+
 }  // namespace
+
+Case tick_case(const std::string& name, const Scene& scene) {
+  return {
+      "ticks/" + name,
+      "timing",
+      "Every tick of the scene takes less than its period, with a force within 2 % of the peak.",
+      [scene](const CaseContext& context, Outcome& outcome) {
+        measure_scene(scene, context, outcome);
+      },
+      60.0,
+      true,
+      false};
+}
 
 std::vector<Case> needle_cases() {
   return {
