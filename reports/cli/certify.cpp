@@ -302,6 +302,19 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
   return plan;
 }
 
+/// Hash of a library, or of a command and of each of its words that is a file.
+std::string hash_of_subject(const std::string& subject) {
+  constexpr std::string_view command = "exec:";
+  if (!subject.starts_with(command)) { return io::sha256_of_file(subject); }
+  std::string all = subject;
+  std::istringstream words(subject.substr(command.size()));
+  for (std::string word; words >> word;) {
+    std::error_code unknown;
+    if (std::filesystem::is_regular_file(word, unknown)) { all += "\n" + io::sha256_of_file(word); }
+  }
+  return io::sha256(all);
+}
+
 /// Hashes of everything that runs, and their sum.
 void hash_what_runs(const CertifyOptions& options, const LoadedScene& loaded,
                     CertificateReport& report) {
@@ -312,7 +325,7 @@ void hash_what_runs(const CertifyOptions& options, const LoadedScene& loaded,
     all += "\n" + report.inputs.back().second;
   }
   if (options.subject.foreign()) {
-    report.subject_hash = io::sha256_of_file(options.subject.subject);
+    report.subject_hash = hash_of_subject(options.subject.subject);
     all += "\n" + report.subject_hash + options.subject.options_json;
   }
   report.program_hash = io::sha256_of_file("/proc/self/exe");
