@@ -579,13 +579,19 @@ std::vector<Fact> facts_of(const InsertionFitReport& report) {
     starts += (starts.empty() ? "" : ", ") +
               (std::isfinite(misfit) ? short_number(misfit, 3) : std::string("failed"));
   }
-  return {{"search", fit.converged ? "converged" : "did not converge",
-           "in " + std::to_string(fit.iterations) + " iterations, " +
-               std::to_string(result.simulations) + " simulations"},
-          {"sum of squares", short_number(fit.misfit_after, 3),
-           "over " + std::to_string(fit.rows.size()) + " features; " +
-               short_number(fit.misfit_before, 3) + " before the fit"},
-          {"starts", starts, "sum of squares from each; the least is the fit"}};
+  std::vector<Fact> facts;
+  for (const ConditionCheck& condition : result.conditions) {
+    facts.push_back(
+        {condition.name, condition.fitted ? "fitted" : "predicted", share_of(condition)});
+  }
+  facts.insert(facts.end(), {{"search", fit.converged ? "converged" : "did not converge",
+                              "in " + std::to_string(fit.iterations) + " iterations, " +
+                                  std::to_string(result.simulations) + " simulations"},
+                             {"sum of squares", short_number(fit.misfit_after, 3),
+                              "over " + std::to_string(fit.rows.size()) + " features; " +
+                                  short_number(fit.misfit_before, 3) + " before the fit"},
+                             {"starts", starts, "sum of squares from each; the least is the fit"}});
+  return facts;
 }
 
 }  // namespace
@@ -607,14 +613,19 @@ std::vector<std::string> features_off(const ConditionCheck& condition) {
 std::string calibration_verdict(const InsertionFitReport& report) {
   const Fit& fit = report.result.fit;
   const bool predicts = count_of(report, false) > 0;
-  std::string text = "Fitted: " + std::to_string(fit.told.size()) + " of " +
-                     counted(fit.parameters.size(), "parameter", "parameters") + " to " +
-                     counted(count_of(report, true), "condition", "conditions");
+  std::ptrdiff_t all = 0;
+  std::ptrdiff_t good = 0;
   for (const ConditionCheck& condition : report.result.conditions) {
     if (condition.fitted == predicts) { continue; }
-    text += "; " + condition.name + ": " + share_of(condition);
+    all += std::ranges::count_if(condition.group().features, judged);
+    good += std::ranges::count_if(condition.group().features, [](const FeatureSummary& one) {
+      return judged(one) && within(one);
+    });
   }
-  return text;
+  return "Fitted: " + std::to_string(fit.told.size()) + " of " +
+         counted(fit.parameters.size(), "parameter", "parameters") + "; " + std::to_string(good) +
+         " of " + std::to_string(all) + (predicts ? " predicted" : " fitted") +
+         " features within two SD";
 }
 
 std::vector<std::string> calibration_warnings(const InsertionFitReport& report) {

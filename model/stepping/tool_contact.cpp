@@ -52,7 +52,7 @@ std::vector<Column> tool_columns(const Scene& scene) {
 }
 
 void ToolState::sample(std::span<double> row) const noexcept {
-  const ToolForces& f = forces_;
+  const ToolForces f = forces();
   std::size_t column = 0;
   for (const double value :
        {place_ * path_.direction().z(), f.total, f.cutting, f.friction, f.stiffness, f.applied}) {

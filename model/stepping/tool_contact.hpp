@@ -52,8 +52,14 @@ class ToolState {
             .slip = slip_,
             .mass = mass_,
             .touching = in_tissue(),
-            .forces = forces_,
+            .forces = forces(),
             .losses = losses_};
+  }
+  /// Forces of the last evaluation.
+  [[nodiscard]] ToolForces forces() const noexcept {
+    ToolForces all = forces_;
+    all.lateral = lateral_force(all.on_tool, path_.direction());
+    return all;
   }
   /// Energy of a tool with a coordinate [J]; zero under a prescribed trajectory.
   [[nodiscard]] double kinetic_energy() const noexcept {
@@ -249,7 +255,6 @@ template <class Real> class ToolContact : public ToolState {
     forces_.total = forces_.cutting + forces_.friction + forces_.stiffness;
     forces_.applied = is_coordinate() ? pushed : forces_.total;
     forces_.on_tool = sideways_ - forces_.total * n_;
-    forces_.lateral = lateral_force(forces_.on_tool, n_);
     hand_power_end_ = forces_.applied * velocity_;
     if (first_evaluation_) { hand_power_begin_ = hand_power_end_; }
     first_evaluation_ = false;

@@ -249,15 +249,18 @@ std::vector<std::vector<std::string>> split(const std::vector<std::string>& valu
   return uses;
 }
 
-/// Loads "SCENE [KEY=VALUE]... RECORDING...". Throws InputError.
+/// Loads "SCENE [name=NAME] [KEY=VALUE]... RECORDING...". Throws InputError.
 GivenCondition load_condition(const std::string& option, const std::vector<std::string>& words,
                               const CalibrateOptions& options, bool fitted) {
   const std::filesystem::path file = words.front();
   CommonOptions common = options;
   std::string name = file.stem().string();
+  std::string given_name;
   std::vector<std::filesystem::path> recordings;
   for (const std::string& word : std::span(words).subspan(1)) {
-    if (word.find('=') != word.npos && !std::filesystem::exists(word)) {
+    if (word.starts_with("name=") && word.size() > 5) {
+      given_name = word.substr(5);
+    } else if (word.find('=') != word.npos && !std::filesystem::exists(word)) {
       common.overrides.push_back(word);
       name += " " + word;
     } else {
@@ -266,11 +269,13 @@ GivenCondition load_condition(const std::string& option, const std::vector<std::
   }
   if (recordings.empty()) {
     throw InputError(option + " " + file.string() +
-                     ": no recording; needed is SCENE [KEY=VALUE]... RECORDING...");
+                     ": no recording; needed is SCENE [name=NAME] [KEY=VALUE]... RECORDING...");
   }
   GivenCondition given{.scene = load_scene(file, common, false),
                        .recordings = read_recordings(recordings)};
-  given.condition = {.name = name, .scene = given.scene.file.scene, .fitted = fitted};
+  given.condition = {.name = given_name.empty() ? name : given_name,
+                     .scene = given.scene.file.scene,
+                     .fitted = fitted};
   for (const RecordingFile& each : given.recordings) {
     given.condition.recordings.push_back(each.input.recording);
   }
@@ -307,7 +312,7 @@ std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
     };
     if (std::find_if(all.begin(), one, same) != one) {
       throw InputError("calibrate: " + one->condition.name +
-                       " is given twice; every condition needs a scene or keys of its own");
+                       " is given twice; every condition needs a name of its own (name=NAME)");
     }
   }
   return all;
@@ -488,7 +493,7 @@ void add_calibrate(Program& program) {
   const auto add_condition = [&](const char* name, std::vector<std::string>& values,
                                  const char* help) {
     command.add_option(name, values, help)
-        ->type_name("SCENE [KEY=VALUE]... RECORDING...")
+        ->type_name("SCENE [name=NAME] [KEY=VALUE]... RECORDING...")
         ->expected(2, CLI::detail::expected_max_vector_size)
         ->inject_separator();
   };

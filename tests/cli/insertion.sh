@@ -71,7 +71,7 @@ for values in "3.3 170 280e3" "3.4 175 290e3" "3.5 180 300e3" "3.6 185 310e3"; d
   mv "$out/import/recording.h5" "$out/twin-$puncture.h5"
   needle=$((3 - needle))
 done
-"$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-*.h5 --predict "$out/coarse.toml" drive.hold=5.4 "$out/twin-3.4.h5" \
+"$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-*.h5 --predict "$out/coarse.toml" name=longer drive.hold=5.4 "$out/twin-3.4.h5" \
   "$out/twin-3.5.h5" --parameter "$material.puncture_force" --parameter "$material.friction" --parameter "$material.youngs_modulus" \
   --prior "$material.puncture_force=2.5:0.4" --prior "$material.friction=120:0.5" --out "$out/twin" >"$out/twin.log" 2>&1 ||
   { cat "$out/twin.log"; fail "the twin is not found again"; }
@@ -82,5 +82,5 @@ contains() {  # the 95 % interval of a key contains its true mean
 contains puncture_force 3.45 || fail "puncture force: $(cat "$out/twin.log")"
 contains friction 177.5 || fail "friction: $(cat "$out/twin.log")"
 contains youngs_modulus 295e3 || fail "modulus: $(cat "$out/twin.log")"
-[ -s "$out/twin/coarse-fitted.toml" ] && [ -s "$out/twin/coarse_drive.hold_5.4-fitted.toml" ] || fail "no fitted scenes"
+[ -s "$out/twin/coarse-fitted.toml" ] && [ -s "$out/twin/longer-fitted.toml" ] || fail "no fitted scenes"
 "$palpate" inspect "$out/twin/coarse-fitted.toml" >/dev/null || fail "what was fitted is no scene"
