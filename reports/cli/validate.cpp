@@ -340,6 +340,9 @@ void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) 
     std::printf("            %s = %.6g %s; allowed %.6g to %.6g (%s)\n", q.name.c_str(), q.value,
                 q.unit.c_str(), q.lower, q.upper, q.bound_from.c_str());
   }
+  if (outcome.status == Status::fail) {
+    for (const std::string& note : outcome.notes) { std::printf("            %s\n", note.c_str()); }
+  }
   std::fflush(stdout);
 }
 
@@ -633,7 +636,10 @@ const std::map<std::string, std::string>& advice() {
       {"audit/renumbered", "the order of nodes.csv must be kept by get_state"},
       {"audit/stiffness",
        "read springs.csv at every load; do not keep a scene by its title or path"},
-      {"audit/drawn", "the note holds the seed; --seed repeats the scene"},
+      {"audit/drawn",
+       "loads.csv has rows at later times that replace earlier ones, and gravity is in "
+       "settings.csv; "
+       "`palpate validate subject/audit/drawn --subject ... --seed SEED` repeats the scene"},
       {"audit/repeat", "reset must restore positions, velocities, time and every inner state"},
       {"audit/memory", "free the scene in destroy, and nothing may grow with the steps"},
       {"needle", "force is that of the tissue on the tool; the tool's depth is along z"},

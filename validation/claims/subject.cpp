@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -568,8 +569,9 @@ void measure_renumbered(const CaseContext& context, Outcome& outcome) {
       "order their iterations: a hundredth");
 }
 
-/// A scene that no subject has seen: stiffness and viscosity of every spring, loaded node, load and
-/// order of nodes are drawn. The reference is computed after the subject has run.
+/// A scene that no subject has seen: stiffness and viscosity of every spring, loaded node, loads
+/// over time, gravity and order of nodes are drawn. The reference is computed after the subject has
+/// run.
 void measure_drawn(const CaseContext& context, Outcome& outcome) {
   if (context.make_subject()->facts().replayed) { throw CannotDo("a trace has one scene"); }
   constexpr double interval = 1e-3;
@@ -593,8 +595,26 @@ void measure_drawn(const CaseContext& context, Outcome& outcome) {
     if (!network.is_fixed(n)) { free.push_back(n); }
   }
   random.shuffle(free);
-  scene.loads.front().nodes = {free.front()};
-  scene.loads.front().force = {random(-0.05, 0.05), random(-0.05, 0.05), random(0.05, 0.15)};
+  // A load that grows, then another; gravity where the subject declares it.
+  constexpr double change = 0.02;
+  const auto draw_force = [&] {
+    return Eigen::Vector3d(random(-0.05, 0.05), random(-0.05, 0.05), random(0.05, 0.15));
+  };
+  Load& grows = scene.loads.front();
+  grows.nodes = {free.front()};
+  grows.force = draw_force();
+  grows.profile = Profile::ramp;
+  grows.end = change;
+  Load later = grows;
+  later.force = 2.0 * draw_force();
+  later.profile = Profile::constant;
+  later.start = change;
+  later.end = std::numeric_limits<double>::infinity();
+  scene.loads.push_back(later);
+  const Eigen::Vector3d gravity(random(-5.0, 5.0), random(-5.0, 5.0), random(5.0, 15.0));
+  if ((context.make_subject()->facts().capabilities & PALPATE_CAN_GRAVITY) != 0) {
+    scene.tissue.gravity = gravity;
+  }
   const std::vector<int> node_of = renumber(network, scene, seed);
   const int node = node_of[static_cast<std::size_t>(free.front())];
   scene.records[0].where = node;

@@ -11,7 +11,8 @@
  *
  * Conventions: C99, SI units, double precision, little-endian files. A vector is x, y, z. The
  * tissue frame is right-handed with z into the tissue; the undeformed skin is at z = 0. Calls come
- * from one thread, one after another. No function may throw, exit, or write to standard output.
+ * from one thread, one after another. No function may throw, exit, or write to standard output
+ * (the host sends what is written there to standard error).
  */
 #ifndef PALPATE_SUBJECT_H
 #define PALPATE_SUBJECT_H
@@ -146,6 +147,8 @@ typedef struct palpate_subject_api {
   /* Writes position and velocity of all nodes, in the order of nodes.csv; each array has
    * 3 * nodes values [m, m/s]. */
   int (*get_state)(palpate_subject*, double* position, double* velocity, size_t nodes);
+  /* Replaces position and velocity of all nodes. Called after reset and before the first step:
+   * time starts at 0, loads are those of loads.csv, no energy has been dissipated. */
   int (*set_state)(palpate_subject*, const double* position, const double* velocity, size_t nodes);
   /* Palpate sets "substeps" (integration steps per step) if `parameters` names it. Takes effect at
    * the next reset. */

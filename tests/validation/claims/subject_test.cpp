@@ -37,6 +37,17 @@ Mutation drifting() {
           }};
 }
 
+Mutation weightless() {
+  return {.name = "gravity ignored",
+          .model = [](Scene& scene, SpringNetwork&) { scene.tissue.gravity.setZero(); }};
+}
+
+Mutation first_load_alone() {
+  return {.name = "no load after the first", .model = [](Scene& scene, SpringNetwork&) {
+            if (scene.loads.size() > 1) { scene.loads.resize(1); }
+          }};
+}
+
 Mutation weaker_force() {
   return {.name = "four fifths of the force on the tool", .trace = [](Trace& motion) {
             if (motion.find("tool.force_n") == nullptr) { return; }
@@ -57,6 +68,8 @@ TEST("every fault planted in a subject fails the cases that measure its effect")
                          {late_frames(), {"first-step"}},
                          {drifting(), {"momentum", "energy", "rest", "patch"}},
                          {missing_spring(), {"patch"}},
+                         {weightless(), {"audit/drawn"}},
+                         {first_load_alone(), {"audit/drawn"}},
                          {one_turned, {"invariance"}},
                          {odd_runs(), {"audit/repeat"}},
                          {weaker_force(), {"needle", "probe", "layered"}}});
