@@ -89,8 +89,9 @@ LeastSquaresSolution least_squares(const LeastSquaresProblem& problem, const Eig
                                          work.get());
   }
   if (bridge.thrown) { std::rethrow_exception(bridge.thrown); }
-  // No better step exists within rounding, so the present point is the solution.
-  const bool stalled = status == GSL_ENOPROG;
+  // No better step exists within rounding, so the present point is the solution. If it is the
+  // start, GSL reports the limit of iterations and gives the reason apart.
+  const bool stalled = status == GSL_ENOPROG || (status == GSL_EMAXITER && reason == GSL_ENOPROG);
   return {.x = view(gsl_multifit_nlinear_position(work.get())),
           .residuals = view(gsl_multifit_nlinear_residual(work.get())),
           .iterations = gsl_multifit_nlinear_niter(work.get()),

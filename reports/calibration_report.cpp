@@ -475,23 +475,26 @@ namespace {
 
 using comparison::FeatureSummary;
 
-constexpr double most_off = 2.0;  ///< standard deviations
+/// Number of judged features, and of those within the allowed standard deviations.
+struct Share {
+  std::size_t all = 0;
+  std::size_t within = 0;
+  void add(const ConditionCheck& condition) {
+    const std::vector<FeatureError> errors = judged_features(condition);
+    all += errors.size();
+    within += static_cast<std::size_t>(std::ranges::count_if(errors, &FeatureError::within));
+  }
+  [[nodiscard]] std::string text(const std::string& kind) const {
+    return std::to_string(within) + " of " + std::to_string(all) + kind + " features within two SD";
+  }
+};
 
-bool judged(const FeatureSummary& one) {
-  return !comparison::is_event(one.feature) && !std::isnan(deviations_off(one));
-}
-
-bool within(const FeatureSummary& one) { return std::abs(deviations_off(one)) <= most_off; }
-
-/// "8 of 9 features within two SD; 93 % of the samples in the corridor"
+/// "8 of 9 features within two SD; 93 % of the samples in the corridor of the recordings"
 std::string share_of(const ConditionCheck& condition) {
-  const comparison::GroupSummary& group = condition.group();
-  const auto all = std::ranges::count_if(group.features, judged);
-  const auto good = std::ranges::count_if(
-      group.features, [](const FeatureSummary& one) { return judged(one) && within(one); });
-  std::string text =
-      std::to_string(good) + " of " + std::to_string(all) + " features within two SD";
-  if (group.corridor) {
+  Share share;
+  share.add(condition);
+  std::string text = share.text("");
+  if (const comparison::GroupSummary& group = condition.group(); group.corridor) {
     text += "; " + short_number(100.0 * group.coverage.inside, 3) +
             " % of the samples in the corridor of the recordings";
   }
@@ -502,19 +505,36 @@ std::string simulated_text(const FeatureSummary& one) {
   return one.simulated ? comparison::shown(one.feature, *one.simulated, one.unit) : "absent";
 }
 
+/// One line for each feature that is farther than two standard deviations from the recordings:
+/// "skin: withdrawal force: -2.60 N simulated, -2.14 N (SD 0.16 N) measured, -2.9 SD".
+std::vector<std::string> features_off(const ConditionCheck& condition) {
+  std::vector<std::string> lines;
+  for (const FeatureError& error : judged_features(condition)) {
+    if (error.within()) { continue; }
+    const FeatureSummary& one = *error.feature;
+    lines.push_back(
+        condition.name + ": " + comparison::in_words(one.feature) + ": " + simulated_text(one) +
+        " simulated, " + comparison::shown(one.feature, one.mean, one.unit) + " (SD " +
+        comparison::shown(one.feature, one.deviation, one.unit) + ") measured" +
+        (std::isfinite(error.deviations) ? ", " + short_number(error.deviations, 2) + " SD"
+                                         : std::string()));
+  }
+  return lines;
+}
+
 /// Rows of a table with the features of conditions, under these first columns.
 void add_rows(Table& table, const std::vector<Cell>& first, const ConditionCheck& condition) {
-  for (const FeatureSummary& one : condition.group().features) {
-    if (!judged(one)) { continue; }
-    const double off = deviations_off(one);
+  for (const FeatureError& error : judged_features(condition)) {
+    const FeatureSummary& one = *error.feature;
     std::vector<Cell> row = first;
     row.insert(
         row.end(),
         {Cell(comparison::in_words(one.feature)), Cell(static_cast<double>(one.count)),
          Cell(comparison::shown(one.feature, one.mean, one.unit)),
          Cell(comparison::shown(one.feature, one.deviation, one.unit)), Cell(simulated_text(one)),
-         Cell(std::isfinite(off) ? short_number(off, 2) : std::string("-")),
-         Cell(std::string(within(one) ? "yes" : "no"))});
+         Cell(std::isfinite(error.deviations) ? short_number(error.deviations, 2)
+                                              : std::string("-")),
+         Cell(std::string(error.within() ? "yes" : "no"))});
     table.rows.push_back(std::move(row));
   }
 }
@@ -537,11 +557,12 @@ Table left_out_table(const std::vector<LeftOutNeedle>& left_out) {
 
 Json condition_json(const ConditionCheck& condition, const ComparisonReport& compared) {
   const comparison::GroupSummary& group = condition.group();
-  const auto feature = [](const FeatureSummary& one) {
+  const auto feature = [](const FeatureError& error) {
+    const FeatureSummary& one = *error.feature;
     return object("name", comparison::name_of(one.feature), "unit", one.unit, "count", one.count,
                   "mean", finite_or_null(one.mean), "standard_deviation",
                   finite_or_null(one.deviation), "simulated", one.simulated, "deviations_off",
-                  finite_or_null(deviations_off(one)));
+                  finite_or_null(error.deviations));
   };
   const auto recording = [](const RecordingFile& one) {
     return object("file", one.file.filename().string(), "kind",
@@ -551,7 +572,7 @@ Json condition_json(const ConditionCheck& condition, const ComparisonReport& com
   return object("name", condition.name, "fitted", condition.fitted, "scene",
                 compared.simulation.file.filename().string(), "scene_hash",
                 compared.simulation.hash, "verdict", comparison::verdict_word(group.outcome.status),
-                "features", list_of(group.features, feature), "inside_corridor",
+                "features", list_of(judged_features(condition), feature), "inside_corridor",
                 group.corridor ? Json(group.coverage.inside) : Json(nullptr), "recordings",
                 list_of(compared.recordings, recording));
 }
@@ -596,36 +617,16 @@ std::vector<Fact> facts_of(const InsertionFitReport& report) {
 
 }  // namespace
 
-std::vector<std::string> features_off(const ConditionCheck& condition) {
-  std::vector<std::string> lines;
-  for (const FeatureSummary& one : condition.group().features) {
-    if (!judged(one) || within(one)) { continue; }
-    const double off = deviations_off(one);
-    lines.push_back(condition.name + ": " + comparison::in_words(one.feature) + ": " +
-                    simulated_text(one) + " simulated, " +
-                    comparison::shown(one.feature, one.mean, one.unit) + " (SD " +
-                    comparison::shown(one.feature, one.deviation, one.unit) + ") measured" +
-                    (std::isfinite(off) ? ", " + short_number(off, 2) + " SD" : std::string()));
-  }
-  return lines;
-}
-
 std::string calibration_verdict(const InsertionFitReport& report) {
   const Fit& fit = report.result.fit;
   const bool predicts = count_of(report, false) > 0;
-  std::ptrdiff_t all = 0;
-  std::ptrdiff_t good = 0;
+  Share share;
   for (const ConditionCheck& condition : report.result.conditions) {
-    if (condition.fitted == predicts) { continue; }
-    all += std::ranges::count_if(condition.group().features, judged);
-    good += std::ranges::count_if(condition.group().features, [](const FeatureSummary& one) {
-      return judged(one) && within(one);
-    });
+    if (condition.fitted != predicts) { share.add(condition); }
   }
   return "Fitted: " + std::to_string(fit.told.size()) + " of " +
-         counted(fit.parameters.size(), "parameter", "parameters") + "; " + std::to_string(good) +
-         " of " + std::to_string(all) + (predicts ? " predicted" : " fitted") +
-         " features within two SD";
+         counted(fit.parameters.size(), "parameter", "parameters") + "; " +
+         share.text(predicts ? " predicted" : " fitted");
 }
 
 std::vector<std::string> calibration_warnings(const InsertionFitReport& report) {

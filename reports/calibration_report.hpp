@@ -54,8 +54,4 @@ std::vector<std::string> calibration_warnings(const InsertionFitReport& report);
 std::string to_json(const InsertionFitReport& report);
 std::string to_html(const InsertionFitReport& report);
 
-/// One line for each feature of a condition that is farther than two standard deviations from the
-/// recordings: "skin: withdrawal force: -2.60 N simulated, -2.14 N (SD 0.16 N) measured, -2.9 SD".
-std::vector<std::string> features_off(const calibration::ConditionCheck& condition);
-
 }  // namespace palpate

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <set>
 #include <thread>
 #include <unistd.h>
 
@@ -153,12 +155,7 @@ ObservedInsertion simulate_with(const SubjectChoice& choice,
   } catch (const CannotDo& problem) {
     throw InputError("--subject " + choice.subject + ": " + problem.what());
   }
-  const Trace run = roll_out(*subject, scene, {}, {.stop = &interrupted});
-  if (run.interrupted) { throw Interrupted(); }
-  if (run.diverged) {
-    return {.refusal = "diverges at t = " + std::to_string(run.diverged_at) + " s"};
-  }
-  return observe(run);
+  return observe_run(run_to_end(*subject, scene, &interrupted));
 }
 
 CalibrationOptions calibration_options(const CalibrateOptions& options, const LoadedScene& loaded) {
@@ -174,12 +171,8 @@ CalibrationOptions calibration_options(const CalibrateOptions& options, const Lo
   return how;
 }
 
-/// Comment at the start of fitted.toml. It contains nothing that differs between two runs.
-std::vector<std::string> comment_of(const CalibrationReport& report) {
-  std::vector<std::string> lines{"Calibrated from " + report.scene + " by `palpate calibrate`: " +
-                                     calibration_verdict(report) + ".",
-                                 calibration_detail(report), "Told, with 95 % intervals:"};
-  const Fit& fit = report.result.fit;
+/// Adds the fitted values to the comment of a fitted scene.
+void add_fitted(const Fit& fit, std::vector<std::string>& lines) {
   for (const std::size_t n : fit.told) {
     const FittedParameter& each = fit.parameters[n];
     char text[160];
@@ -188,33 +181,51 @@ std::vector<std::string> comment_of(const CalibrationReport& report) {
                   each.parameter.prior);
     lines.push_back("  " + each.parameter.key + text);
   }
+}
+
+std::string recording_line(const std::string& file, const Recording& recording,
+                           const std::string& hash) {
+  return "  " + file + " (" + std::string(io::word_of(recording.kind)) + "), FNV-1a " + hash;
+}
+
+/// Comment at the start of fitted.toml. It contains nothing that differs between two runs.
+std::vector<std::string> comment_of(const CalibrationReport& report) {
+  std::vector<std::string> lines{"Calibrated from " + report.scene + " by `palpate calibrate`: " +
+                                     calibration_verdict(report) + ".",
+                                 calibration_detail(report), "Told, with 95 % intervals:"};
+  add_fitted(report.result.fit, lines);
   lines.emplace_back("All other numbers are those of the scene. Recordings:");
   for (const CalibratedRecording& each : report.recordings) {
-    lines.push_back("  " + each.file + " (" +
-                    std::string(io::word_of(each.observed.recording.kind)) + "), FNV-1a " +
-                    each.hash);
+    lines.push_back(recording_line(each.file, each.observed.recording, each.hash));
   }
   return lines;
 }
 
-void tell(const CalibrationReport& report, const std::filesystem::path& folder) {
-  const Fit& fit = report.result.fit;
-  std::printf("%s\n%s\n", calibration_verdict(report).c_str(), calibration_detail(report).c_str());
+void tell_fitted(const Fit& fit) {
   for (const std::size_t n : fit.told) {
     const FittedParameter& each = fit.parameters[n];
     std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n", each.parameter.key.c_str(),
                 each.parameter.prior, each.value, each.parameter.unit.c_str(), each.interval.lower,
                 each.interval.upper);
   }
+}
+
+void tell_notes(const std::vector<std::string>& warnings, const std::filesystem::path& folder) {
+  for (const std::string& warning : warnings) {
+    std::fprintf(stderr, "palpate: note: %s\n", warning.c_str());
+  }
+  std::printf("%s\n", (folder / "report.html").string().c_str());
+}
+
+void tell(const CalibrationReport& report, const std::filesystem::path& folder) {
+  std::printf("%s\n%s\n", calibration_verdict(report).c_str(), calibration_detail(report).c_str());
+  tell_fitted(report.result.fit);
   for (const HeldOut& held : report.result.held_out) {
     std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those predicted\n",
                 held.group.empty() ? "recordings of no group" : held.group.c_str(),
                 100.0 * held.error_fitted, 100.0 * held.error_predicted);
   }
-  for (const std::string& warning : calibration_warnings(report)) {
-    std::fprintf(stderr, "palpate: note: %s\n", warning.c_str());
-  }
-  std::printf("%s\n", (folder / "report.html").string().c_str());
+  tell_notes(calibration_warnings(report), folder);
 }
 
 Scene scene_at_priors(const Scene& scene, const std::vector<Parameter>& parameters) {
@@ -252,6 +263,12 @@ std::vector<std::vector<std::string>> split(const std::vector<std::string>& valu
 /// Loads "SCENE [name=NAME] [KEY=VALUE]... RECORDING...". Throws InputError.
 GivenCondition load_condition(const std::string& option, const std::vector<std::string>& words,
                               const CalibrateOptions& options, bool fitted) {
+  constexpr const char* needed = "needed is SCENE [name=NAME] [KEY=VALUE]... RECORDING...";
+  for (const std::string& word : words) {  // the command line takes the first words unseen
+    if (word.starts_with("--")) {
+      throw InputError(option + ": is followed by " + word + "; " + needed);
+    }
+  }
   const std::filesystem::path file = words.front();
   CommonOptions common = options;
   std::string name = file.stem().string();
@@ -268,8 +285,7 @@ GivenCondition load_condition(const std::string& option, const std::vector<std::
     }
   }
   if (recordings.empty()) {
-    throw InputError(option + " " + file.string() +
-                     ": no recording; needed is SCENE [name=NAME] [KEY=VALUE]... RECORDING...");
+    throw InputError(option + " " + file.string() + ": no recording; " + needed);
   }
   GivenCondition given{.scene = load_scene(file, common, false),
                        .recordings = read_recordings(recordings)};
@@ -285,11 +301,19 @@ GivenCondition load_condition(const std::string& option, const std::vector<std::
   return given;
 }
 
+/// File name of the fitted scene of a condition.
+std::string fitted_name(std::string name) {
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '.') { c = '_'; }
+  }
+  return name + "-fitted.toml";
+}
+
 std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
   if (!options.recordings.empty() || !options.scene.empty()) {
     throw InputError(
-        "calibrate: --condition names scenes and recordings; neither --scene nor "
-        "recordings can stand beside it");
+        "calibrate: recordings and --scene are given beside --condition; each --condition needs "
+        "its own: SCENE RECORDING...");
   }
   if (options.subject.foreign()) {
     throw InputError(
@@ -306,13 +330,21 @@ std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
   for (const auto& words : split(options.predictions)) {
     all.push_back(load_condition("--predict", words, options, false));
   }
-  for (auto one = all.begin(); one != all.end(); ++one) {
-    const auto same = [&](const GivenCondition& other) {
-      return other.condition.name == one->condition.name;
-    };
-    if (std::find_if(all.begin(), one, same) != one) {
-      throw InputError("calibrate: " + one->condition.name +
+  std::set<std::string> names;
+  std::map<std::string, bool> is_fitted;
+  for (const GivenCondition& each : all) {
+    const std::string& name = each.condition.name;
+    if (!names.insert(fitted_name(name)).second) {
+      throw InputError("calibrate: " + name +
                        " is given twice; every condition needs a name of its own (name=NAME)");
+    }
+    for (const RecordingFile& one : each.recordings) {
+      const bool fitted = each.condition.fitted;
+      if (is_fitted.try_emplace(one.hash, fitted).first->second != fitted) {
+        throw InputError(one.file.string() +
+                         ": is fitted and predicted; a prediction needs recordings that the fit "
+                         "has not seen");
+      }
     }
   }
   return all;
@@ -333,34 +365,17 @@ ComparisonReport compared(const GivenCondition& given, const ConditionCheck& che
   return report;
 }
 
-/// File name of the fitted scene of a condition.
-std::string fitted_name(std::string name) {
-  for (char& c : name) {
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '.') { c = '_'; }
-  }
-  return name + "-fitted.toml";
-}
-
 std::vector<std::string> comment_of(const InsertionFitReport& report, const std::string& name) {
   std::vector<std::string> lines{
       "Fitted by `palpate calibrate`; condition " + name + ". " + calibration_verdict(report) + ".",
       "Fitted values, with 95 % intervals:"};
-  const Fit& fit = report.result.fit;
-  for (const std::size_t n : fit.told) {
-    const FittedParameter& each = fit.parameters[n];
-    char text[160];
-    std::snprintf(text, sizeof text, ": %.5g (%.3g to %.3g) %s, was %.5g", each.value,
-                  each.interval.lower, each.interval.upper, each.parameter.unit.c_str(),
-                  each.parameter.prior);
-    lines.push_back("  " + each.parameter.key + text);
-  }
+  add_fitted(report.result.fit, lines);
   lines.emplace_back("Recordings:");
   for (std::size_t n = 0; n < report.conditions.size(); ++n) {
     if (!report.result.conditions[n].fitted) { continue; }
     for (const RecordingFile& each : report.conditions[n].recordings) {
-      lines.push_back("  " + each.file.filename().string() + " (" +
-                      std::string(io::word_of(each.input.recording.kind)) + "), FNV-1a " +
-                      each.hash);
+      lines.push_back(
+          recording_line(each.file.filename().string(), each.input.recording, each.hash));
     }
   }
   return lines;
@@ -368,17 +383,8 @@ std::vector<std::string> comment_of(const InsertionFitReport& report, const std:
 
 void tell(const InsertionFitReport& report, const std::filesystem::path& folder) {
   std::printf("%s\n", calibration_verdict(report).c_str());
-  const Fit& fit = report.result.fit;
-  for (const std::size_t n : fit.told) {
-    const FittedParameter& each = fit.parameters[n];
-    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n", each.parameter.key.c_str(),
-                each.parameter.prior, each.value, each.parameter.unit.c_str(), each.interval.lower,
-                each.interval.upper);
-  }
-  for (const std::string& warning : calibration_warnings(report)) {
-    std::fprintf(stderr, "palpate: note: %s\n", warning.c_str());
-  }
-  std::printf("%s\n", (folder / "report.html").string().c_str());
+  tell_fitted(report.result.fit);
+  tell_notes(calibration_warnings(report), folder);
 }
 
 int run_insertions(const CalibrateOptions& options) {
@@ -393,7 +399,7 @@ int run_insertions(const CalibrateOptions& options) {
         "zero; friction, cutting_force or youngs_modulus are needed");
   }
   for (calibration::Condition& each : conditions) {
-    each.scene = calibration::at_priors(each.scene, parameters);
+    each.scene = scene_at_priors(each.scene, parameters);
   }
   const CalibrationOptions how = calibration_options(options, given.front().scene);
   InsertionFitReport report{.command = options.command, .provenance = build_provenance()};

@@ -44,7 +44,7 @@ std::string share_text(const Quantity& q) {
   if (met_exactly(q)) { return "exact"; }
   const double share = share_of_bound(q);
   if (!std::isfinite(share)) { return "beyond"; }
-  if (!q.holds()) { return share < 10.0 ? short_number(share, 2) + " times" : "over 10 times"; }
+  if (!q.holds()) { return share < 10.0 ? short_number(share, 2) + " times" : "> 10 times"; }
   return share < 0.001 ? "< 0.1\u00a0%"
                        : short_number(100.0 * share, share < 0.1 ? 2 : 3) + "\u00a0%";
 }

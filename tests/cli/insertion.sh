@@ -57,12 +57,12 @@ status=0
 [ "$status" -eq 2 ] || fail "a force is sent as a pressure"
 grep -q 'has no pressure' "$out/stderr" || fail "unclear message about the pressure"
 
-# A scene's own insertions give its parameters back, from other priors and with two needles.
+# A scene's own insertions give its parameters back, from other priors and with two needles, and predict others.
 material=material.phantom-muscle
 sed -e 's/^nodes = .*/nodes = [5, 5]/; s/^spacing = .*/spacing = 0.01/; s/^frames = .*/frames = 0/' \
   "$source/fixtures/scenes/phantom-muscle.toml" >"$out/coarse.toml"
 needle=1
-for values in "3.3 170 280e3" "3.4 175 290e3" "3.5 180 300e3" "3.6 185 310e3"; do
+for values in "3.3 170 280e3" "3.4 175 290e3" "3.5 180 300e3" "3.6 185 310e3" "3.38 174 288e3" "3.52 181 302e3"; do
   read -r puncture friction modulus <<<"$values"
   "$palpate" run "$out/coarse.toml" --set "$material.puncture_force=$puncture" --set "$material.friction=$friction" \
     --set "$material.youngs_modulus=$modulus" --out "$out/run" --quiet 2>/dev/null || fail "the twin does not run"
@@ -71,8 +71,8 @@ for values in "3.3 170 280e3" "3.4 175 290e3" "3.5 180 300e3" "3.6 185 310e3"; d
   mv "$out/import/recording.h5" "$out/twin-$puncture.h5"
   needle=$((3 - needle))
 done
-"$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-*.h5 --predict "$out/coarse.toml" name=longer drive.hold=5.4 "$out/twin-3.4.h5" \
-  "$out/twin-3.5.h5" --parameter "$material.puncture_force" --parameter "$material.friction" --parameter "$material.youngs_modulus" \
+"$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-3.?.h5 --predict "$out/coarse.toml" name=longer drive.hold=5.4 "$out"/twin-3.??.h5 \
+  --parameter "$material.puncture_force" --parameter "$material.friction" --parameter "$material.youngs_modulus" \
   --prior "$material.puncture_force=2.5:0.4" --prior "$material.friction=120:0.5" --out "$out/twin" >"$out/twin.log" 2>&1 ||
   { cat "$out/twin.log"; fail "the twin is not found again"; }
 contains() {  # the 95 % interval of a key contains its true mean
@@ -84,3 +84,9 @@ contains friction 177.5 || fail "friction: $(cat "$out/twin.log")"
 contains youngs_modulus 295e3 || fail "modulus: $(cat "$out/twin.log")"
 [ -s "$out/twin/coarse-fitted.toml" ] && [ -s "$out/twin/longer-fitted.toml" ] || fail "no fitted scenes"
 "$palpate" inspect "$out/twin/coarse-fitted.toml" >/dev/null || fail "what was fitted is no scene"
+
+status=0
+"$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-3.?.h5 --predict "$out/coarse.toml" name=again "$out/twin-3.4.h5" \
+  --out "$out/seen" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] && grep -q 'twin-3.4.h5: is fitted and predicted' "$out/stderr" || fail "what was fitted is predicted: $(cat "$out/stderr")"
+[ ! -e "$out/seen" ] || fail "what was fitted is predicted: something was written"

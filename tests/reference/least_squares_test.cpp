@@ -41,6 +41,20 @@ TEST("Rosenbrock's valley ends at (1, 1)") {
   CHECK_NEAR(found.x, Eigen::Vector2d(1.0, 1.0), 1e-4);  // the step tolerance
 }
 
+TEST("a start that no step improves is the solution, also on a staircase") {
+  const LeastSquaresProblem stairs{
+      .residuals =
+          [](const Eigen::VectorXd& x) {
+            return Eigen::VectorXd(
+                Eigen::VectorXd::Constant(1, std::round(10.0 * x[0]) / 10.0 - 1.04));
+          },
+      .jacobian =
+          [](const Eigen::VectorXd& x) { return Eigen::MatrixXd::Identity(x.size(), x.size()); }};
+  const LeastSquaresSolution found = least_squares(stairs, Eigen::VectorXd::Constant(1, 1.0));
+  CHECK(found.converged);
+  CHECK_NEAR(found.residuals[0], -0.04, 1e-15);
+}
+
 TEST("what a residual throws passes through") {
   const LeastSquaresProblem broken{
       .residuals = [calls = 0](const Eigen::VectorXd& x) mutable -> Eigen::VectorXd {

@@ -206,7 +206,8 @@ void measure_far_field(const CaseContext& context, Outcome& outcome) {
   table.rows.push_back(row_of("every node, explicit steps, two threads", truth, truth));
 }
 
-// What each tick of a scene costs, and what its tolerance and reduced-order model change.
+// Cost of each tick of a scene, and error of the force by its tolerance and its reduced-order
+// model.
 
 void measure_scene(const Scene& given, const CaseContext& context, Outcome& outcome) {
   Scene scene = given;

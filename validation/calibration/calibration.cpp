@@ -101,7 +101,8 @@ Search::Search(Forward& forward, const Pooled& data, std::vector<std::size_t> fr
       deviation_(data.covariance.diagonal()(rows_).cwiseSqrt()) {}
 
 Eigen::VectorXd Search::misfits(const Observation& simulated) const {
-  return (simulated(rows_) - data_.mean(rows_)).cwiseQuotient(deviation_);
+  const Eigen::VectorXd seen = simulated(rows_);
+  return (seen.array().isFinite().select(seen, 0.0) - data_.mean(rows_)).cwiseQuotient(deviation_);
 }
 
 Forward::Values Search::values_at(const Forward::Values& base, const Eigen::VectorXd& q) const {
@@ -136,7 +137,16 @@ Eigen::MatrixXd Search::slopes(const Forward::Values& at,
   const std::vector<Observation> seen = forward_.at(places);
   Eigen::MatrixXd slope(std::ssize(rows_), std::ssize(of));
   for (std::size_t n = 0; n < of.size(); ++n) {
-    slope.col(static_cast<Eigen::Index>(n)) = (seen[n + 1](rows_) - seen[0](rows_)) / steps[n];
+    Eigen::VectorXd moved = seen[n + 1](rows_);
+    double step = steps[n];
+    if (!moved.allFinite()) {  // the other side
+      const Parameter& p = forward_.parameters()[of[n]];
+      step = -step;
+      places[n + 1][of[n]] = p.value(p.standardised(at[of[n]]) + step);
+      moved = forward_.at(places[n + 1])(rows_);
+    }
+    const Eigen::VectorXd one = (moved - seen[0](rows_)) / step;
+    slope.col(static_cast<Eigen::Index>(n)) = one.array().isFinite().select(one, 0.0);
   }
   return slope;
 }

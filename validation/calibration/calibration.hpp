@@ -57,12 +57,14 @@ class Search {
   Found from(const Forward::Values& start, const reference::LeastSquaresRule& rule = {}) const;
 
   /// Returns the standardised slopes d f / d x of these parameters, one column each, one row per
-  /// observable.
+  /// observable. A difference is taken to the other side if an observable is NaN; the slope is zero
+  /// if it is NaN on both.
   [[nodiscard]] Eigen::MatrixXd slopes(const Forward::Values& at,
                                        const std::vector<std::size_t>& of) const;
   /// Returns the covariance of the rows.
   [[nodiscard]] Eigen::MatrixXd covariance() const { return data_.covariance(rows_, rows_); }
-  /// Returns (simulated - observed) over the standard uncertainty of each row.
+  /// Returns (simulated - observed) over the standard uncertainty of each row; simulated is 0 if it
+  /// is NaN, so that a search turns back.
   [[nodiscard]] Eigen::VectorXd misfits(const Observation& simulated) const;
 
  private:

@@ -162,9 +162,7 @@ Scene with_values(Scene scene, const std::vector<Parameter>& parameters,
   const std::vector<Slot> slots = slots_of(scene);
   for (std::size_t n = 0; n < parameters.size(); ++n) {
     const auto slot = std::ranges::find(slots, parameters[n].key, &Slot::key);
-    if (slot == slots.end()) {
-      throw std::invalid_argument(parameters[n].key + ": no parameter of this scene");
-    }
+    if (slot == slots.end()) { continue; }
     const double before = *slot->value;
     *slot->value = values[n];
     if (slot->key.ends_with(".thickness") && scene.drive && scene.drive->depth) {
@@ -227,14 +225,22 @@ Scene coarser(Scene scene, const Coarsening& how) {
   return scene;
 }
 
-ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>* stop) {
-  ModelSubject subject{Simulation(scene)};
-  const Trace run = roll_out(subject, scene, {}, {.stop = stop});
+Trace run_to_end(Subject& subject, const Scene& scene, const std::atomic<bool>* stop) {
+  Trace run = roll_out(subject, scene, {}, {.stop = stop});
   if (run.interrupted) { throw Interrupted(); }
+  return run;
+}
+
+ObservedInsertion observe_run(const Trace& run) {
   if (run.diverged) {
     return {.refusal = "diverges at t = " + std::to_string(run.diverged_at) + " s"};
   }
   return observe(run);
+}
+
+ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>* stop) {
+  ModelSubject subject{Simulation(scene)};
+  return observe_run(run_to_end(subject, scene, stop));
 }
 
 Forward::Forward(std::vector<Scene> scenes, std::vector<Parameter> parameters, int jobs,

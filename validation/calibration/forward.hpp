@@ -15,6 +15,7 @@
 
 #include "model/problem/scene.hpp"
 #include "validation/calibration/observation.hpp"
+#include "validation/subject/subject.hpp"
 
 namespace palpate::calibration {
 
@@ -45,8 +46,8 @@ std::vector<Parameter> parameters_of(const Scene& scene);
 /// through layers, with a syringe, beyond the epidural space. Empty if it can.
 std::string why_not_calibrated(const Scene& scene);
 
-/// Returns the scene with other values. If the thickness of a layer changes, the end depth of the
-/// needle and the duration of the scene change accordingly.
+/// Returns the scene with other values of those parameters that it has. If the thickness of a layer
+/// changes, the end depth of the needle and the duration of the scene change accordingly.
 Scene with_values(Scene scene, const std::vector<Parameter>& parameters,
                   const std::vector<double>& values);
 
@@ -112,7 +113,13 @@ class Forward {
   std::map<Trial, Observation> seen_{};
 };
 
-/// Runs the scene without shortcuts and returns its observables.
+/// Runs a scene without shortcuts. Throws Interrupted on a stop.
+Trace run_to_end(Subject& subject, const Scene& scene, const std::atomic<bool>* stop);
+
+/// Returns the observables of a run; a refusal if it diverged.
+ObservedInsertion observe_run(const Trace& run);
+
+/// Runs the scene with our model and returns its observables.
 ObservedInsertion simulate_insertion(const Scene& scene, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace palpate::calibration

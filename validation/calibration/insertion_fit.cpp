@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
 #include <stdexcept>
 
 #include "validation/random.hpp"
@@ -114,22 +115,13 @@ std::string why_not_calibrated(const Condition& condition) {
 
 namespace {
 
-/// Runs our model; throws Interrupted on a stop.
-Trace run_model(const Scene& scene, const std::atomic<bool>* stop) {
-  ModelSubject subject{Simulation(scene)};
-  Trace run = roll_out(subject, scene, {}, {.stop = stop});
-  if (run.interrupted) { throw Interrupted(); }
-  return run;
-}
-
-/// Returns the features; zero where one is absent or the run diverged, so that a search turns back.
+/// Returns the features; all NaN if the run diverged.
 ObservedInsertion observed(const Trace& run) {
-  if (run.diverged) { return {.value = Observation::Zero(feature_total)}; }
-  const Observation values = simulated_features(run);
-  return {.value = values.array().isFinite().select(values, 0.0)};
+  return {.value = run.diverged ? Observation::Constant(feature_total, comparison::not_measured)
+                                : simulated_features(run)};
 }
 
-std::set<std::string> needles_of(const std::vector<Condition>& conditions) {
+std::set<std::string> needles_of(std::span<const Condition> conditions) {
   std::set<std::string> needles;
   for (const Condition& condition : conditions) {
     if (!condition.fitted) { continue; }
@@ -146,8 +138,7 @@ Pooled pooled(const std::vector<Condition>& conditions) {
   std::vector<double> variance;
   for (const Condition& condition : conditions) {
     if (!condition.fitted) { continue; }
-    const std::vector<Condition> alone{condition};
-    const auto needles = static_cast<double>(needles_of(alone).size());
+    const auto needles = static_cast<double>(needles_of({&condition, 1}).size());
     std::vector<Observation> seen;
     for (const Recording& each : condition.recordings) { seen.push_back(observed_features(each)); }
     for (Eigen::Index n = 0; n < feature_total; ++n) {
@@ -168,20 +159,6 @@ Pooled pooled(const std::vector<Condition>& conditions) {
   all.mean = Eigen::VectorXd::Map(mean.data(), std::ssize(mean));
   all.covariance = Eigen::VectorXd::Map(variance.data(), std::ssize(variance)).asDiagonal();
   return all;
-}
-
-/// Returns the scene with those of the values that it has parameters for.
-Scene at_values(const Scene& scene, const std::vector<Parameter>& parameters,
-                const std::vector<double>& values) {
-  std::vector<Parameter> own;
-  std::vector<double> of_own;
-  const std::vector<Parameter> has = parameters_of(scene);
-  for (std::size_t n = 0; n < parameters.size(); ++n) {
-    if (std::ranges::find(has, parameters[n].key, &Parameter::key) == has.end()) { continue; }
-    own.push_back(parameters[n]);
-    of_own.push_back(values[n]);
-  }
-  return with_values(scene, own, of_own);
 }
 
 /// Scene without what only a page shows.
@@ -246,7 +223,7 @@ std::vector<ConditionCheck> checks(const std::vector<Condition>& conditions,
     ConditionCheck& one =
         all.emplace_back(ConditionCheck{.name = condition.name,
                                         .fitted = condition.fitted,
-                                        .scene = at_values(condition.scene, parameters, values)});
+                                        .scene = with_values(condition.scene, parameters, values)});
     one.simulated = simulate(one.scene);
     std::vector<Recording> recordings = condition.recordings;
     for (Recording& each : recordings) { each.group = condition.name; }
@@ -270,15 +247,14 @@ std::vector<Condition> of_needle(std::vector<Condition> conditions, const std::s
 
 }  // namespace
 
-Scene at_priors(const Scene& scene, const std::vector<Parameter>& parameters) {
-  std::vector<double> values;
-  for (const Parameter& each : parameters) { values.push_back(each.prior); }
-  return at_values(scene, parameters, values);
-}
-
-double deviations_off(const FeatureSummary& feature) {
-  if (!std::isfinite(feature.deviation)) { return comparison::not_measured; }
-  return feature.simulated ? (*feature.simulated - feature.mean) / feature.deviation : infinite;
+std::vector<FeatureError> judged_features(const ConditionCheck& condition) {
+  std::vector<FeatureError> errors;
+  for (const FeatureSummary& one : condition.group().features) {
+    if (comparison::is_event(one.feature) || !std::isfinite(one.deviation)) { continue; }
+    errors.push_back(
+        {&one, one.simulated ? (*one.simulated - one.mean) / one.deviation : infinite});
+  }
+  return errors;
 }
 
 Outcome InsertionFit::outcome() const {
@@ -291,11 +267,11 @@ Outcome InsertionFit::outcome() const {
   const bool predicts = std::ranges::any_of(conditions, [](const auto& c) { return !c.fitted; });
   for (const ConditionCheck& condition : conditions) {
     if (condition.fitted == predicts) { continue; }
-    for (const FeatureSummary& one : condition.group().features) {
-      const double off = deviations_off(one);
-      if (comparison::is_event(one.feature) || std::isnan(off)) { continue; }
-      outcome.judge_at_most(condition.name + ": " + std::string(comparison::name_of(one.feature)),
-                            std::abs(off), 2.0, "standard deviations of the recordings");
+    for (const FeatureError& one : judged_features(condition)) {
+      outcome.judge_at_most(
+          condition.name + ": " + std::string(comparison::name_of(one.feature->feature)),
+          std::abs(one.deviations), FeatureError::most_deviations,
+          "standard deviations of the recordings");
     }
   }
   palpate::conclude(outcome);
@@ -310,7 +286,8 @@ InsertionFit fit_insertions(std::vector<Condition> conditions,
   };
   const Simulate simulate =
       options.simulate ? options.simulate : [stop = options.stop](const Scene& scene) {
-        return run_model(scene, stop);
+        ModelSubject subject{Simulation(scene)};
+        return run_to_end(subject, scene, stop);
       };
   const Forward::Simulate observe_run = [&](const Scene& scene) {
     return observed(simulate(scene));
@@ -324,7 +301,7 @@ InsertionFit fit_insertions(std::vector<Condition> conditions,
   const Forward::Values values = result.fit.values();
   result.conditions = checks(conditions, parameters, values, simulate);
   const std::set<std::string> needles = needles_of(conditions);
-  if (!options.leave_out || needles.size() < 2) { return result; }
+  if (needles.size() < 2) { return result; }
   for (const std::string& needle : needles) {
     tell("fitting without needle " + needle);
     const std::vector<Condition> others = of_needle(conditions, needle, false);

@@ -4,6 +4,7 @@
 /// conditions and needles that were left out (docs/calibration.md).
 
 #include <array>
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -41,10 +42,20 @@ struct ConditionCheck {
   [[nodiscard]] const comparison::GroupSummary& group() const { return comparison.groups.front(); }
 };
 
-/// Returns the simulated value of a feature less the mean of the recordings, in their standard
-/// deviations; infinite if the simulation lacks the feature, NaN if fewer than two recordings have
-/// it.
-double deviations_off(const comparison::FeatureSummary& feature);
+/// Difference of a simulated feature from the recordings.
+struct FeatureError {
+  const comparison::FeatureSummary* feature = nullptr;
+  /// Simulated value less the mean of the recordings, in their standard deviations; infinite if the
+  /// simulation lacks the feature.
+  double deviations = 0.0;
+  [[nodiscard]] bool within() const { return std::abs(deviations) <= most_deviations; }
+
+  static constexpr double most_deviations = 2.0;
+};
+
+/// Returns the judged features of a condition: those that are no event and that at least two
+/// recordings have.
+std::vector<FeatureError> judged_features(const ConditionCheck& condition);
 
 /// Prediction of the recordings of one needle by a fit to the others.
 struct LeftOutNeedle {
@@ -76,17 +87,13 @@ Observation simulated_features(const Trace& trace);
 /// key gives its prior.
 std::vector<Parameter> parameters_of(const std::vector<Condition>& conditions);
 
-/// Returns the scene with the priors of those parameters that it has.
-Scene at_priors(const Scene& scene, const std::vector<Parameter>& parameters);
-
 /// Returns the reason why a condition cannot be calibrated; empty if it can. It needs a needle on a
 /// prescribed path through layers that is withdrawn, and recordings with force and depth.
 std::string why_not_calibrated(const Condition& condition);
 
 struct InsertionFitOptions {
   int jobs = 2;
-  int starts = 1;         ///< the priors, then places half a spread away in each parameter
-  bool leave_out = true;  ///< fit again without each needle
+  int starts = 1;  ///< the priors, then places half a spread away in each parameter
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const std::string& stage)> progress{};
   std::function<Trace(const Scene&)> simulate{};  ///< replaces our model
