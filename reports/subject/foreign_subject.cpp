@@ -229,9 +229,8 @@ class ForeignSubject final : public Subject {
   }
   void set_substeps() {
     substeps_ = 1;
-    const std::string parameters = "," + facts().parameters + ",";
     const int wanted = scene_.simulation.substeps.value_or(1);
-    if (wanted > 1 && parameters.find(",substeps,") == parameters.npos) {
+    if (wanted > 1 && !has_parameter(facts(), "substeps")) {
       throw CannotDo("the subject has no parameter \"substeps\", and the scene has " +
                      std::to_string(wanted) + " substeps");
     }

@@ -49,4 +49,9 @@ struct SubjectFacts {
   bool sparse = false;    ///< columns that it does not have are NaN from the first row on
 };
 
+/// Returns true if the subject declares a parameter of that name.
+inline bool has_parameter(const SubjectFacts& facts, const std::string& name) {
+  return ("," + facts.parameters + ",").find("," + name + ",") != std::string::npos;
+}
+
 }  // namespace palpate

@@ -88,8 +88,16 @@ static int energy_with_fault(palpate_subject* s, double joule[3]) {
   return is("claims") ? PALPATE_UNSUPPORTED : status;
 }
 
+static int parameter_with_fault(palpate_subject* s, const char* name, double value) {
+  return set_parameter(s, name, is("substeps") ? 1.0 : value);
+}
+
 static int reset_with_fault(palpate_subject* s, uint64_t seed) {
+  double* kept = room(3 * s->nodes, sizeof(double));
+  memcpy(kept, s->external, 3 * s->nodes * sizeof(double));
   const int status = reset(s, seed);
+  if (is("left-load")) { memcpy(s->external, kept, 3 * s->nodes * sizeof(double)); }
+  free(kept);
   if (is("reset")) { s->v[3 * (s->nodes - 1)] = 1e-3; }
   return status;
 }
@@ -100,6 +108,7 @@ PALPATE_SUBJECT_EXPORT const palpate_subject_api* palpate_subject_api_v1(void) {
   table.step = step_with_fault;
   table.get_state = state_with_fault;
   table.reset = reset_with_fault;
+  table.set_parameter = parameter_with_fault;
   table.set_state = set_with_fault;
   table.energy = energy_with_fault;
   return &table;

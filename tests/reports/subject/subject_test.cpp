@@ -46,7 +46,7 @@ TEST("a sound subject passes the cases that its faults fail") {
   for (const char* name :
        {"first-step", "static", "patch", "chain", "momentum", "energy", "invariance", "rest",
         "stability", "energy-report", "set-state", "audit/renumbered", "audit/stiffness",
-        "audit/drawn", "audit/repeat", "audit/memory"}) {
+        "audit/drawn", "audit/repeat", "audit/substeps", "audit/memory"}) {
     check_verdict(name, "none", Status::pass);
   }
 }
@@ -77,8 +77,10 @@ TEST("a subject that ignores the stiffness or keeps that of the first scene fail
   check_verdict("audit/drawn", "stiffness", Status::fail);
 }
 
-TEST("a subject that does not reset, or whose memory grows, fails") {
+TEST("a subject that does not reset, ignores substeps, or whose memory grows, fails") {
   check_verdict("audit/repeat", "reset", Status::fail);
+  check_verdict("audit/repeat", "left-load", Status::fail);
+  check_verdict("audit/substeps", "substeps", Status::fail);
   check_verdict("audit/memory", "leak", Status::fail);
 }
 

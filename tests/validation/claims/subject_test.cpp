@@ -48,6 +48,11 @@ Mutation first_load_alone() {
           }};
 }
 
+Mutation one_substep() {
+  return {.name = "substeps ignored",
+          .model = [](Scene& scene, SpringNetwork&) { scene.simulation.substeps = 1; }};
+}
+
 Mutation weaker_force() {
   return {.name = "four fifths of the force on the tool", .trace = [](Trace& motion) {
             if (motion.find("tool.force_n") == nullptr) { return; }
@@ -72,6 +77,7 @@ TEST("every fault planted in a subject fails the cases that measure its effect")
                          {first_load_alone(), {"audit/drawn"}},
                          {one_turned, {"invariance"}},
                          {odd_runs(), {"audit/repeat"}},
+                         {one_substep(), {"audit/substeps"}},
                          {weaker_force(), {"needle", "probe", "layered"}}});
 }
 
