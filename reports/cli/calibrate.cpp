@@ -145,17 +145,31 @@ using namespace calibration;
 
 void tell_stage(const char* stage) { std::fprintf(stderr, "palpate: %s\n", stage); }
 
+/// The simulator, without the recordings that it is to reproduce.
+SubjectChoice simulator_of(const CalibrateOptions& options) {
+  if (options.subject.subject.starts_with("trace:")) {
+    throw InputError("--subject " + options.subject.subject +
+                     ": a trace cannot be simulated at other values; PATH.so or exec:COMMAND");
+  }
+  std::vector<std::filesystem::path> hidden = options.recordings;
+  for (const auto* words : {&options.conditions, &options.predictions}) {
+    for (const std::string& word : *words) {
+      if (std::filesystem::is_regular_file(word)) { hidden.emplace_back(word); }
+    }
+  }
+  return confined(options.subject, options, hidden);
+}
+
 /// Simulates an insertion with a simulator of its own process. Each candidate is a scene folder.
-ObservedInsertion simulate_with(const SubjectChoice& choice,
-                                const std::shared_ptr<const io::SceneFile>& file,
-                                const Scene& scene) {
+Trace simulate_with(const SubjectChoice& choice, const std::shared_ptr<const io::SceneFile>& file,
+                    const Scene& scene) {
   const std::unique_ptr<Subject> subject = make_subject(choice, file);
   try {
     subject->load(scene, build_network(scene), true);
   } catch (const CannotDo& problem) {
     throw InputError("--subject " + choice.subject + ": " + problem.what());
   }
-  return observe_run(run_to_end(*subject, scene, &interrupted));
+  return run_to_end(*subject, scene, &interrupted);
 }
 
 CalibrationOptions calibration_options(const CalibrateOptions& options, const LoadedScene& loaded) {
@@ -163,9 +177,9 @@ CalibrationOptions calibration_options(const CalibrateOptions& options, const Lo
   CalibrationOptions how{.jobs = options.jobs > 0 ? options.jobs : cores, .stop = &interrupted};
   if (!options.quiet && isatty(STDERR_FILENO) != 0) { how.progress = tell_stage; }
   if (options.subject.foreign()) {
-    how.simulate = [choice = options.subject,
+    how.simulate = [choice = simulator_of(options),
                     file = std::make_shared<const io::SceneFile>(loaded.file)](const Scene& scene) {
-      return simulate_with(choice, file, scene);
+      return observe_run(simulate_with(choice, file, scene));
     };
   }
   return how;
@@ -315,11 +329,6 @@ std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
         "calibrate: recordings and --scene are given beside --condition; each --condition needs "
         "its own: SCENE RECORDING...");
   }
-  if (options.subject.foreign()) {
-    throw InputError(
-        "calibrate: --subject simulates recordings of one --scene; --condition is "
-        "simulated by the model");
-  }
   if (options.conditions.empty()) {
     throw InputError("calibrate: --predict needs a --condition to fit");
   }
@@ -403,11 +412,23 @@ int run_insertions(const CalibrateOptions& options) {
   }
   const CalibrationOptions how = calibration_options(options, given.front().scene);
   InsertionFitReport report{.command = options.command, .provenance = build_provenance()};
+  const SubjectChoice choice = simulator_of(options);
+  // Refuses a scene that the simulator cannot represent.
+  for (const GivenCondition& each : given) {
+    if (const auto foreign = foreign_subject(choice, each.scene)) {
+      report.provenance.merge(subject_provenance(foreign->facts()));
+    }
+  }
   try {
     InsertionFitOptions fit_options{
         .jobs = how.jobs, .starts = options.starts, .stop = &interrupted};
     if (how.progress) {
       fit_options.progress = [](const std::string& stage) { tell_stage(stage.c_str()); };
+    }
+    if (choice.foreign()) {
+      fit_options.simulate = [&choice](const Scene& scene) {
+        return simulate_with(choice, nullptr, scene);
+      };
     }
     report.result = fit_insertions(conditions, parameters, fit_options);
   } catch (const Interrupted&) {
@@ -459,12 +480,8 @@ int run_calibrate(const CalibrateOptions& options) {
   report.scene_hash = io::content_hash(loaded.file.text);
   report.command = options.command;
   report.provenance = build_provenance();
-  if (options.subject.subject.starts_with("trace:")) {
-    throw InputError("--subject " + options.subject.subject +
-                     ": a trace cannot be simulated at other values; PATH.so or exec:COMMAND");
-  }
   // Refuses a scene that the simulator cannot represent.
-  if (const auto foreign = foreign_subject(options.subject, loaded)) {
+  if (const auto foreign = foreign_subject(simulator_of(options), loaded)) {
     report.provenance.merge(subject_provenance(foreign->facts()));
   }
   std::vector<calibration::ObservedRecording> subjects;

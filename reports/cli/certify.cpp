@@ -288,7 +288,9 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
                    .processor_times = processor_times};
   if (options.subject.foreign()) {
     const auto file = std::make_shared<const io::SceneFile>(loaded.file);
-    plan.subject = [choice = options.subject, file] { return make_subject(choice, file); };
+    plan.subject = [choice = confined(options.subject, options), file] {
+      return make_subject(choice, file);
+    };
   }
   if (!options.loads.empty()) { plan.loads = options.loads; }
   plan.outside_load = [](const std::string&, const std::vector<int>& processors) {
@@ -423,7 +425,7 @@ int run_certify(const CertifyOptions& options) {
   std::string note;
   std::map<std::string, std::string> subject;
   // Refuses a scene that the simulator cannot represent.
-  if (const auto foreign = foreign_subject(options.subject, loaded)) {
+  if (const auto foreign = foreign_subject(confined(options.subject, options), loaded)) {
     note = subject_note(*foreign);
     subject = subject_provenance(foreign->facts());
   }

@@ -55,8 +55,12 @@ void lock_folder(const fs::path& folder) {
   }
 }
 
+fs::path CommonOptions::folder() const {
+  return out.empty() ? fs::path("palpate-out") / name : out;
+}
+
 fs::path CommonOptions::make_folder() const {
-  const fs::path folder = out.empty() ? fs::path("palpate-out") / name : out;
+  const fs::path folder = this->folder();
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {

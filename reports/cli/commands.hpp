@@ -39,6 +39,7 @@ struct CommonOptions {
   std::vector<std::string> overrides{};  ///< --set dotted.key=value
   bool quiet = false;
 
+  [[nodiscard]] std::filesystem::path folder() const;  ///< the output folder
   /// Creates the output folder if it does not exist, locks it against other processes of this
   /// program until this one ends, and returns it. Throws InputError, also if it is locked.
   [[nodiscard]] std::filesystem::path make_folder() const;
@@ -83,6 +84,14 @@ void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path&
 
 /// Adds --subject and the options of other simulators.
 void add_subject_options(CLI::App& command, SubjectChoice& choice);
+
+/// Folder of kept references, judged cases and libraries, unless --cache names another.
+std::filesystem::path default_cache_folder();
+
+/// Returns the choice with what the simulator's process may not read: the cache, the output folder
+/// and `more`, files or folders with answers.
+SubjectChoice confined(const SubjectChoice& choice, const CommonOptions& options,
+                       const std::vector<std::filesystem::path>& more = {});
 
 /// Entries of a provenance that describe a subject.
 std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts);

@@ -219,7 +219,7 @@ int run_compare(const CompareOptions& options) {
     if (std::ranges::count(scene->subject.columns(), column, &Column::name) == 0) {
       throw InputError(options.scene.string() + ": no column " + needed(column));
     }
-    foreign = foreign_subject(options.subject, *scene, rest);
+    foreign = foreign_subject(confined(options.subject, options, options.recordings), *scene, rest);
   } else {
     report.simulation = read_simulation(options.trace, column);
     report.provenance = build_provenance();

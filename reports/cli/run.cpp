@@ -744,7 +744,8 @@ int run_scene(const RunOptions& options) {
   if (options.refine && options.subject.foreign()) {
     throw InputError("--refine with --subject: only the model refines its scene; use one");
   }
-  const std::unique_ptr<Subject> foreign = foreign_subject(options.subject, loaded);
+  const std::unique_ptr<Subject> foreign =
+      foreign_subject(confined(options.subject, options), loaded);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
   // A run that is killed then leaves no summary of an earlier one beside its own trace.

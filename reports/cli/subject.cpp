@@ -44,6 +44,26 @@ void add_subject_options(CLI::App& command, SubjectChoice& choice) {
             "_mmHg for other units; repeatable");
 }
 
+std::filesystem::path default_cache_folder() {
+  if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder != '\0') {
+    return std::filesystem::path(folder) / "palpate";
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return std::filesystem::path(home) / ".cache" / "palpate";
+  }
+  return io::private_folder("palpate-cache");
+}
+
+SubjectChoice confined(const SubjectChoice& choice, const CommonOptions& options,
+                       const std::vector<std::filesystem::path>& more) {
+  SubjectChoice result = choice;
+  if (!choice.foreign()) { return result; }
+  result.limits.hidden = more;
+  result.limits.hidden.push_back(default_cache_folder());
+  result.limits.hidden.push_back(options.folder());
+  return result;
+}
+
 std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts) {
   return {{"subject", facts.name + " " + facts.version},
           {"subject licence", facts.licence},
@@ -150,6 +170,7 @@ void add_subject(Program& program) {
   add_subject_check(program, *subject);
   const auto [command, options] =
       add_command(program, "new", "write the skeleton of a simulator", run_new, subject);
+  command.remove_option(command.get_option("--out"));  // DIR is the folder
   add_value(command, "folder", options.folder, "DIR", "new folder")->required();
   add_value(command, "--language", options.language, "LANGUAGE", "c, python or javascript [c]");
 }

@@ -310,9 +310,8 @@ std::optional<SpringNetwork> outside_network(const std::vector<std::filesystem::
   return std::nullopt;
 }
 
-/// Files in `hidden` folders cannot be read by a simulator in a child process.
 CaseContext context_of(const ValidateOptions& options, const reference::Cache& cache,
-                       const std::vector<std::filesystem::path>& hidden) {
+                       const std::filesystem::path& cached) {
   CaseContext context;
   context.quick = options.quick;
   context.skip = !options.no_skip;
@@ -324,17 +323,22 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
   };
   context.damaged_files = try_damaged_files;
   if (options.subject.foreign()) {
-    SubjectChoice choice = options.subject;
-    choice.limits.hidden = hidden;
-    context.subject = [choice] { return make_subject(choice); };
+    context.subject = [choice = confined(options.subject, options, {cached})] {
+      return make_subject(choice);
+    };
   }
   return context;
 }
 
+/// Prints a finished case. A reason that the case before has is not repeated.
 void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) {
+  static std::string last;
+  const std::string reason = outcome.reason();
+  const bool same = !reason.empty() && reason == last;
+  last = reason;
   std::printf("%3zu/%zu %-5s %7.2f s  %s%s%s\n", finished, total,
               std::string(name_of(outcome.status)).c_str(), outcome.seconds, outcome.name.c_str(),
-              outcome.reasons.empty() ? "" : ": ", outcome.reason().c_str());
+              reason.empty() ? "" : ": ", same ? "the same" : reason.c_str());
   for (const Quantity& q : outcome.quantities) {
     if (!q.judged() || q.holds()) { continue; }
     std::printf("            %s = %.6g %s; allowed %.6g to %.6g (%s)\n", q.name.c_str(), q.value,
@@ -411,16 +415,6 @@ void look_at_all(const ValidateOptions& options, const Judging& what, Results& r
   if (!options.quiet) {
     tell_case(results.outcomes.back(), results.outcomes.size(), results.outcomes.size());
   }
-}
-
-std::filesystem::path default_cache_folder() {
-  if (const char* folder = std::getenv("XDG_CACHE_HOME"); folder != nullptr && *folder != '\0') {
-    return std::filesystem::path(folder) / "palpate";
-  }
-  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
-    return std::filesystem::path(home) / ".cache" / "palpate";
-  }
-  return io::private_folder("palpate-cache");
 }
 
 /// Folder of kept references, judged cases and libraries. Throws InputError if another user may
@@ -508,14 +502,18 @@ std::vector<const Outcome*> apply_expected(const std::vector<ExpectedFailure>& e
   return changed;
 }
 
+void add_seed(CLI::App& command, ValidateOptions& options) {
+  add_value(command, "--seed", options.seed, "SEED",
+            "seed of the scenes that are drawn at run time, to repeat them [another in every run]");
+}
+
 void add_cases(CLI::App& command, ValidateOptions& options, const char* help) {
   add_value(command, "cases", options.cases, "CASE", help);
   command.add_flag("--list", options.list, "list all cases and exit");
   command.add_flag("--quick", options.quick, "the short form");
   add_value(command, "--cache", options.cache, "DIR",
             "folder of kept references, judged cases and libraries of revisions [user's cache]");
-  add_value(command, "--seed", options.seed, "SEED",
-            "seed of the scenes that are drawn at run time, to repeat them [another in every run]");
+  add_seed(command, options);
 }
 
 const std::map<std::string, std::string>& advice();
@@ -530,6 +528,11 @@ void tell_advice(const Outcome& outcome) {
 int judge(const ValidateOptions& options, const Judging& what) {
   if (options.list) { return list(what.cases); }
   const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
+  if (options.subject.subject.starts_with("trace:") && cases.size() != 1) {
+    throw InputError("--subject " + options.subject.subject + ": " + std::to_string(cases.size()) +
+                     " cases are selected; a trace answers the scene of one, and its name is "
+                     "needed, such as subject/s26");
+  }
   std::vector<ExpectedFailure> expected;
   if (!options.expected.empty()) { expected = read_expected(options.expected, what.cases); }
   const std::filesystem::path cached = cache_folder(options);
@@ -546,7 +549,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     std::printf("%s not run again: code, solvers and data are as before (--no-skip runs them)\n",
                 told_of(kept).c_str());
   }
-  const CaseContext context = context_of(options, cache, {cached, folder});
+  const CaseContext context = context_of(options, cache, cached);
   const RunnerResult ran =
       run_cases(to_run, context, what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
@@ -641,6 +644,10 @@ const std::map<std::string, std::string>& advice() {
        "settings.csv; "
        "`palpate validate subject/audit/drawn --subject ... --seed SEED` repeats the scene"},
       {"audit/repeat", "reset must restore positions, velocities, time and every inner state"},
+      {"audit/substeps",
+       "set_parameter(\"substeps\", n) makes each step n integration steps of dt / n, from the "
+       "next "
+       "reset on"},
       {"audit/memory", "free the scene in destroy, and nothing may grow with the steps"},
       {"needle", "force is that of the tissue on the tool; the tool's depth is along z"},
       {"probe", "force is that of the tissue on the tool, over the whole face"},
@@ -801,9 +808,9 @@ void add_subject_check(Program& program, CLI::App& subject) {
   const auto [command, options] =
       add_command(program, "check", "compare what a simulator declares with what it does",
                   run_subject_check, &subject);
-  add_value(command, "subject", options.subject.subject, "SUBJECT",
-            "PATH.so, exec:COMMAND or trace:FILE.csv")
+  add_value(command, "subject", options.subject.subject, "SUBJECT", "PATH.so or exec:COMMAND")
       ->required();
+  add_seed(command, options);
   add_subject_options(command, options.subject);
 }
 

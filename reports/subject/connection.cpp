@@ -613,7 +613,12 @@ class PipeConnection final : public Connection {
         text = FrameReader(answer_).take_text();
       } catch (const std::length_error&) { fail("gave an answer to load that is too short"); }
     }
-    check(status_, call, text);
+    try {
+      check(status_, call, text);
+    } catch (const SubjectFailure& problem) {
+      if (!text.empty()) { throw; }
+      throw SubjectFailure(problem.what() + last_words());
+    }
     return FrameReader(answer_);
   }
 
@@ -777,7 +782,10 @@ int serve_library(const palpate_subject_api& api, int input, int output) {
       refused = false;
     } catch (const CannotDo&) { status = library.last_status(); } catch (const SubjectFailure&) {
       status = library.last_status();
-    } catch (const std::exception&) { status = PALPATE_FAILED; }
+    } catch (const std::exception& problem) {
+      std::fprintf(stderr, "%s\n", problem.what());  // the last words of the subject
+      status = PALPATE_FAILED;
+    }
     if (refused) {
       answer.clear();
       if (header.call == PALPATE_CALL_LOAD) { answer.add_text(library.load_error()); }

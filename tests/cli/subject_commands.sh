@@ -2,7 +2,7 @@
 # calibrate and certify with a simulator under test: the model behind the interface gives the same fit, and ticks of
 # other processes are timed with their carrier.
 set -euo pipefail
-palpate=$1 root=$2 out=$3 library=$4 recordings=$5
+palpate=$1 root=$2 out=$3 library=$4 recordings=$5 faulty=$6
 rm -rf "$out"
 mkdir -p "$out"
 fail() { echo "$1"; exit 1; }
@@ -18,6 +18,43 @@ if [ -f "$library" ]; then
   grep -q "subject carrier" "$out/there/report.html" || fail "the page does not name the simulator"
   ! grep -q "subject carrier" "$out/here/report.html" || fail "the page names a simulator without one"
 fi
+
+# Measured insertions: the same fit, and the simulator cannot read what it is to reproduce.
+if [ -f "$library" ]; then
+  sed -e 's/^nodes = .*/nodes = [5, 5]/; s/^spacing = .*/spacing = 0.01/; s/^frames = .*/frames = 0/' \
+    "$scenes/phantom-muscle.toml" >"$out/coarse.toml"
+  for friction in 175 185; do
+    "$palpate" run "$out/coarse.toml" --set "material.phantom-muscle.friction=$friction" --out "$out/run" --quiet 2>/dev/null
+    "$palpate" import "$out/run/trace.csv" --column tool.depth_m=depth_m --column tool.force_n=force_N \
+      --subject "$friction" --out "$out/import" --quiet
+    mv "$out/import/recording.h5" "$out/twin-$friction.h5"
+  done
+  fitted() {
+    "$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-*.h5 --parameter material.phantom-muscle.friction \
+      --out "$1" --quiet "${@:2}" 2>"$out/said" || [ $? -eq 1 ] || fail "calibrate --condition: $(cat "$out/said")"
+  }
+  fitted "$out/model"
+  fitted "$out/other" --subject "$library"
+  cmp "$out/model/coarse-fitted.toml" "$out/other/coarse-fitted.toml" || fail "a condition gets another fit behind the interface"
+  grep -q "subject carrier" "$out/other/report.html" || fail "the page of a condition does not name the simulator"
+fi
+# A simulator cannot read earlier results where the kernel can prevent it; the run says which.
+if [ -f "$faulty" ]; then
+  mkdir -p "$out/peek"
+  echo answer >"$out/peek/answer.csv"
+  status=0
+  "$palpate" run "$scenes/s26.toml" --subject "$faulty" --out "$out/peek" \
+    --subject-options "{\"fault\": \"peek\", \"file\": \"$out/peek/answer.csv\"}" 2>"$out/said" || status=$?
+  [ "$status" -ne 0 ] && grep -qE "answer.csv (was read|Permission denied)" "$out/said" || fail "peek: $status, $(cat "$out/said")"
+  if grep -q "was read" "$out/said"; then
+    "$palpate" run "$scenes/s26.toml" --subject "$faulty" --out "$out/sound" --quiet
+    grep -q "confined" "$out/sound/report.html" && fail "a simulator that is said to be confined reads earlier results"
+  fi
+fi
+status=0
+printf 'time_s,tip.z_m\n0,0\n0.1,0.001\n' >"$out/a.csv"
+"$palpate" validate --subject "trace:$out/a.csv" --out "$out/every" 2>"$out/said" || status=$?
+[ "$status" -eq 2 ] && grep -q "a trace answers the scene of one" "$out/said" || fail "a trace is judged by every case: $status"
 status=0
 "$palpate" calibrate "$recordings/bmi-25-continuous-01.h5" --scene "$scenes/epidural-bmi-30.toml" --quiet \
   --subject "exec:python3 $root/fixtures/subjects/python/adapter.py" --out "$out/none" 2> "$out/said" || status=$?

@@ -129,7 +129,8 @@ typedef struct palpate_subject_api {
   const char* parameters; /* names that set_parameter accepts, comma-separated; or null */
   uint64_t capabilities;
 
-  /* Any function but load, step and destroy may be null: unsupported. */
+  /* Any function but load, step and destroy may be null: unsupported. The last line that a subject
+   * wrote to standard error is shown with the failure of a call. */
 
   /* Loads a scene folder (docs/subjects.md, "Scene folder") and puts it at t = 0. Not timed. A
    * failure writes one line to `error`, which has `error_size` bytes; a scene that the subject

@@ -56,6 +56,10 @@ static int step_with_fault(palpate_subject* s, double time, double dt, const pal
   if (is("leak")) { memset(malloc(8192), 1, 8192); }
   if (is("print")) { printf("step at %g s\n", time); fflush(stdout); }
   if (is("status")) { return 77; }
+  if (is("reason")) {
+    fprintf(stderr, "the solver found no solution\n");
+    return PALPATE_FAILED;
+  }
   const int status = step(s, time, dt, in, out);
   if (is("nan") && time > 0.002) { s->x[3 * (s->nodes - 1) + 2] = NAN; }
   return status;

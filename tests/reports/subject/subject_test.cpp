@@ -57,6 +57,8 @@ TEST("a subject that crashes, exits, hangs or fills the memory is an error that 
   check_verdict("chain", "hang", Status::error, "no answer to step within the time limit of 1 s");
   check_verdict("chain", "memory", Status::error, "more memory than the limit of 512 MiB");
   check_verdict("chain", "null-subject", Status::error, "null pointer");
+  check_verdict("chain", "reason", Status::error,
+                "failed in step; its last message: the solver found no solution");
   check_verdict("chain", "status", Status::error, "status 77; allowed are 0 to 3");
 }
 
