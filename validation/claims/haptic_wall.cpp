@@ -281,7 +281,7 @@ void measure_boundary(const CaseContext& context, Outcome& outcome) {
     table.rows.push_back({loop.mass, loop.viscosity, loop.damping, loop.delay, measured, exact,
                           reference::linear_rule(loop), passive_cell});
   }
-  outcome.judge_at_most("largest_error_of_the_boundary", worst.value(), 1e-4,
+  outcome.judge_at_most("largest_error_of_the_boundary", worst.value(), 4e-6,
                         "theory: roots of the exact z transform; bisection to 2e-6");
   outcome.judge_at_least("least_loss_by_one_tick_of_delay", least_drop.value(), 2.5,
                          "theory: about three times; a tick more or less cannot hide");
@@ -323,7 +323,7 @@ void measure_width(const CaseContext& context, Outcome& outcome) {
       worst.add(std::abs(points.y[i] / exact.y[at] - 1.0));
     }
   }
-  outcome.judge_at_most("largest_error_of_the_points", worst.value(), 1e-4,
+  outcome.judge_at_most("largest_error_of_the_points", worst.value(), 4e-6,
                         "theory: roots of the exact z transform");
 }
 
@@ -361,7 +361,7 @@ void measure_rates(const CaseContext& context, Outcome& outcome) {
         3.1, 10.0 / 3.0 + 1e-3,
         "theory: K ~ 2 b / T where T is short against m / b, less where it is not");
   }
-  outcome.judge_at_most("largest_error_of_a_boundary", worst.value(), 1e-4,
+  outcome.judge_at_most("largest_error_of_a_boundary", worst.value(), 4e-6,
                         "theory: roots of the exact z transform");
 }
 

@@ -353,6 +353,51 @@ void measure_skip(const CaseContext& context, Outcome& outcome) {
   outcome.notes.push_back("Every scheme, in both precisions, with and without skipping.");
 }
 
+/// Threads share a block out by layers; the springs across their borders must not be lost.
+void measure_threads(const CaseContext& context, Outcome& outcome) {
+  Scene scene = s26_scene(12);
+  scene.simulation.duration = 0.02;
+  const SampleOptions samples{.position = true, .velocity = true};
+  const Trace one = roll_out(context, scene, samples);
+  Largest differing;
+  for (const int threads : {2, 3}) {
+    scene.simulation.threads = threads;
+    const Trace several = roll_out(context, scene, samples);
+    differing.add(differing_values(one.position, several.position));
+    differing.add(differing_values(one.velocity, several.velocity));
+  }
+  outcome.judge_at_most("differing_values_of_several_threads", differing.value(), 0.0,
+                        "each force is the sum of the same terms in the same order: the same bits");
+}
+
+/// The recorded force on a node is its mass times its acceleration.
+void measure_recorded_force(const CaseContext& context, Outcome& outcome) {
+  constexpr double h = 1e-5;
+  Scene scene = s26_scene(5);
+  scene.simulation.step = h;
+  scene.simulation.duration = 0.02;
+  scene.simulation.integrator = "velocity-verlet";
+  scene.simulation.substeps = 1;
+  const int node = scene.loads.front().nodes.front();
+  scene.records = {{.name = "pulled",
+                    .where = node,
+                    .quantities = {RecordedQuantity::velocity, RecordedQuantity::force}}};
+  const SpringNetwork network = build_network(scene);
+  const Trace trace = roll_out(context, scene, SampleOptions{});
+  const std::vector<double>& v = trace.values("pulled.vz_m_per_s");
+  const std::vector<double>& f = trace.values("pulled.fz_n");
+  Largest error;
+  Largest peak;
+  for (std::size_t n = 1; n + 1 < v.size(); ++n) {
+    error.add(std::abs(network.mass(node) * (v[n + 1] - v[n - 1]) / (2.0 * h) - f[n]));
+    peak.add(std::abs(f[n]));
+  }
+  outcome.judge_at_most("recorded_force_less_mass_times_acceleration_over_peak",
+                        error.value() / peak.value(), 1e-3,
+                        "Newton's second law; central differences over 20 us of motion whose "
+                        "shortest period is some ms");
+}
+
 // A load acts on the steps that begin in [start, end): the impulse on a free node counts them.
 // Instants are whole numbers of a unit, so the count is exact.
 
@@ -493,6 +538,11 @@ std::vector<Case> kernel_cases() {
        measure_float, 0.5},
       {"network/skip", "accuracy",
        "Skipping what a scene does not need changes no bit of its motion.", measure_skip, 0.5},
+      {"network/threads", "accuracy",
+       "Threads that share a block out compute the bits of one thread.", measure_threads, 0.2},
+      {"network/recorded-force", "accuracy",
+       "The recorded force on a node is its mass times its acceleration.", measure_recorded_force,
+       0.1},
       {"network/load-edges", "accuracy",
        "A load acts on exactly the integrator steps that begin in [start, end), whatever rounding "
        "does to the instants.",

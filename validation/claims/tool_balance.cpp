@@ -178,7 +178,7 @@ void measure_loop(const CaseContext& context, Outcome& outcome) {
   }
   const double lost = tool.back().losses.friction;
   outcome.judge_at_most(
-      "area_of_friction_over_slip_less_dissipation", std::abs(area / lost - 1.0), 1e-3,
+      "area_of_friction_over_slip_less_dissipation", std::abs(area / lost - 1.0), 2e-5,
       "theory: friction times slip is what is lost; trapezoids over 10 us across two reversals");
   outcome.judge_between(
       "area_of_the_loop_over_dissipation", slid / lost, 0.98, 1.02,

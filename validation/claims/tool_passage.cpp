@@ -70,9 +70,48 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
   }
 }
 
+/// A prescribed tool on bone feels the hand's grip, which gives way instead of the bone.
+void measure_grip(const CaseContext& context, Outcome& outcome) {
+  if (context.subject) { return; }  // an interface without the stiffness of the hand's grip
+  Scene scene = timed(seven_soft_layers(), 1.0);
+  scene.materials.push_back({.name = "bone", .youngs_modulus = 1e6, .role = TissueRole::bone});
+  scene.tissue.layers[2] = {"lamina", "bone", 0.0192};
+  scene.tissue.layers.resize(3);
+  scene.drive->depth = 0.0088;  // 2 mm beyond the bone
+  scene.drive->hold = 10.0;
+  scene.drive->grip_stiffness = 1700.0;
+  const auto [run, tool] = insert(context, scene);
+  outcome.judge_between("force_of_the_grip", tool.back().forces.stiffness, 1700.0 * 0.002 - 1e-9,
+                        1700.0 * 0.002 + 0.1 + 1e-9,
+                        "law: stiffness of the grip times the hand's way beyond the bone, and at "
+                        "most the cutting force of the fat above it",
+                        "N");
+}
+
+/// A thumb that drives the needle: Eqs. 1 and 2, P A = F_r, within the tick.
+void measure_driving_thumb(const CaseContext& context, Outcome& outcome) {
+  if (context.subject) { return; }
+  Scene scene = timed(seven_soft_layers(), 0.6);
+  // So little flow is needed that the pressure is there within a tick.
+  scene.syringe = Syringe{.thumb = Syringe::Thumb::drives,
+                          .plunger_area = 2.5e-4,
+                          .compliance = 2e-18,
+                          .tissue_resistance = 2e12};
+  const auto [run, tool] = insert(context, scene);
+  const std::vector<double>& pressure = run.values("syringe.pressure_pa");
+  const std::vector<double>& force = run.values("tool.force_n");
+  Largest error;
+  for (std::size_t n = 0; n < force.size(); ++n) {
+    if (run.time[n] < 0.1 || force[n] > 11.0) { continue; }
+    error.add(std::abs(pressure[n] * 2.5e-4 - force[n]));
+  }
+  outcome.judge_at_most("pressure_times_area_less_reaction", error.value(), 1e-9,
+                        "Eqs. 1 and 2: P A = F_r in every tick, without a delay; rounding", "N");
+}
+
 void measure_loss(const CaseContext& context, Outcome& outcome) {
   Scene scene = timed(seven_soft_layers(), 1.15);  // 90 % of the pressure are gone, before dura
-  const Syringe syringe{};
+  const Syringe syringe{.plunger_area = 2.5e-4};   // no default, which would hide its use
   scene.syringe = syringe;
   const Insertion insertion = insert(context, scene);
   require_parts(insertion.tool);
@@ -103,15 +142,32 @@ void measure_loss(const CaseContext& context, Outcome& outcome) {
   outcome.judge_near("drop_time_90_10_over_r_c", (crossing(0.1) - crossing(0.9)) / rc,
                      std::log(9.0), std::max(2e-3, exactness(context)),
                      "theory: ln 9 of an exponential; ticks of 1 ms interpolated");
-  outcome.judge_between("pressure_before", high, 0.1 * syringe.thumb_force / syringe.plunger_area,
-                        syringe.thumb_force / syringe.plunger_area * (1.0 + 1e-12),
-                        "Eq. 1: the thumb's largest force over the plunger", "Pa");
+  // The thumb presses before the needle arrives; the tissue then lets the pressure rise.
+  const double contact = run.time_of("contact");
+  const double reached = syringe.thumb_flow * syringe.tissue_resistance;
+  const double open = syringe.thumb_flow * syringe.open_resistance;
+  const double time = syringe.tissue_resistance * syringe.compliance;
+  const double risen = reached + (open - reached) * std::exp(-(run.time[first] - contact) / time);
+  outcome.judge_near(
+      "pressure_before_over_closed_form",
+      high / std::min(risen, syringe.thumb_force / syringe.plunger_area), 1.0,
+      2.0 * scene.simulation.step / (run.time[first] - contact),
+      "Eq. 1 and a flow into a compliance: exponential rise to the thumb's force over the plunger; "
+      "a tick at either end");
+  Largest thumb;
+  const std::vector<double>& felt = run.values("syringe.thumb_n");
+  for (std::size_t n = 0; n < pressure.size(); ++n) {
+    thumb.add(std::abs(felt[n] - pressure[n] * syringe.plunger_area));
+  }
+  outcome.judge_at_most("thumb_less_pressure_times_area", thumb.value(),
+                        syringe.thumb_force * 1e-12, "Eq. 1: F = P A; rounding", "N");
   std::vector<double> kilopascal;
   for (const double p : pressure) { kilopascal.push_back(1e-3 * p); }
   outcome.figures.push_back(
       plot("loss", "Loss of resistance",
            "Pressure in the syringe around the entry into the epidural space.", {"time (s)"},
            {"pressure (kPa)"}, {curve("saline pressure", run.time, kilopascal)}));
+  measure_driving_thumb(context, outcome);
 }
 
 void measure_bone(const CaseContext& context, Outcome& outcome) {
@@ -137,6 +193,7 @@ void measure_bone(const CaseContext& context, Outcome& outcome) {
                         std::max(1e-9, context.subject ? 100.0 * exactness(context) : 0.0),
                         "balance", "N");
   outcome.judge_equal("bone_events", run.count("bone"), 1.0, "reported once");
+  measure_grip(context, outcome);
 }
 
 void measure_track(const CaseContext& context, Outcome& outcome) {
@@ -191,9 +248,12 @@ void measure_angles(const CaseContext& context, Outcome& outcome) {
     Largest lateral;
     for (const ToolReport& tool : run.tool) { lateral.add(tool.forces.lateral); }
     if (degrees > 0.0) {
-      outcome.judge_between("lateral_force" + where, lateral.value(), 1e-3, 5.0,
-                            "a slanting shaft is pressed sideways, by less than the force along it",
-                            "N");
+      Largest total;
+      for (const ToolReport& tool : run.tool) { total.add(std::abs(tool.forces.total)); }
+      outcome.judge_between("lateral_force_over_tangent" + where,
+                            lateral.value() / total.value() / std::tan(angle), 0.1, 1.0,
+                            "geometry: tissue that pushes along its depth has the tangent of the "
+                            "angle across the needle; a shaft that drags it has less");
     }
   }
 }
