@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <fcntl.h>
@@ -107,6 +108,17 @@ void add_verbose(CLI::App& command, CommonOptions& options, const std::string& h
 
 void writes_nothing(CLI::App& command) {
   for (const char* name : {"--out", "--quiet"}) { command.get_option(name)->group(""); }
+}
+
+std::string in_colour(const std::string& text, Status status) {
+  const char* plain = std::getenv("NO_COLOR");
+  const char* terminal = std::getenv("TERM");
+  const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
+  if (isatty(STDOUT_FILENO) == 0 || dumb || (plain != nullptr && *plain != '\0')) { return text; }
+  const char* colour = status == Status::pass   ? "\033[32m"
+                       : status == Status::skip ? ""
+                                                : "\033[31m";
+  return colour + text + "\033[0m";
 }
 
 namespace {

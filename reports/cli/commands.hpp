@@ -13,6 +13,7 @@
 
 #include "device/byte_link.hpp"
 #include "reports/subject/foreign_subject.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate::build {
 
@@ -149,6 +150,10 @@ void add_verbose(CLI::App& command, CommonOptions& options, const std::string& h
 
 /// Hides --out and --quiet from the help of a command that writes no files. It accepts them.
 void writes_nothing(CLI::App& command);
+
+/// Returns the text in green or red if standard output is a terminal, and as it is elsewhere, with
+/// the environment variable NO_COLOR and on a dumb terminal.
+std::string in_colour(const std::string& text, Status status);
 
 /// Calls `run`, with --json as add_json() says.
 int run_command(CommonOptions& options, const std::function<int()>& run);

@@ -99,10 +99,13 @@ std::string bash_script(const CLI::App& app) {
          "  local current=${COMP_WORDS[COMP_CWORD]} command='' words='' word\n"
          "  for word in \"${COMP_WORDS[@]:1:COMP_CWORD-1}\"; do\n"
          "    case \"${command:+$command }$word\" in\n"
-         "      " + known + ") command=\"${command:+$command }$word\" ;;\n"
+         "      " +
+         known +
+         ") command=\"${command:+$command }$word\" ;;\n"
          "    esac\n"
          "  done\n"
-         "  case $command in\n" + words +
+         "  case $command in\n" +
+         words +
          "  esac\n"
          "  # An option or a command; anything else is a file.\n"
          "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$current\")\n"
@@ -114,8 +117,8 @@ std::string bash_script(const CLI::App& app) {
 std::string zsh_commands(const CLI::App& parent) {
   std::string list;
   for (const CLI::App* child : parent.get_subcommands([](const CLI::App*) { return true; })) {
-    list += " \\\n      " + in_single_quotes(child->get_name() + ":" +
-                                             escaped(child->get_description(), ":\\"));
+    list += " \\\n      " +
+            in_single_quotes(child->get_name() + ":" + escaped(child->get_description(), ":\\"));
   }
   return list;
 }
@@ -135,8 +138,8 @@ std::string zsh_options(const CLI::App& command) {
 std::string zsh_script(const CLI::App& app) {
   std::string cases;
   for (const NamedCommand& each : all_commands(app)) {
-    cases += "    " + in_single_quotes(each.path) + ")\n      _arguments" +
-             zsh_options(*each.app) + " \\\n        '*:file:_files' ;;\n";
+    cases += "    " + in_single_quotes(each.path) + ")\n      _arguments" + zsh_options(*each.app) +
+             " \\\n        '*:file:_files' ;;\n";
   }
   std::string groups;
   for (const NamedCommand& each : all_commands(app)) {
@@ -151,10 +154,11 @@ std::string zsh_script(const CLI::App& app) {
          "# zsh completion of palpate; written by `palpate completion zsh`\n"
          "_palpate() {\n"
          "  local -a names\n"
-         "  if (( CURRENT == 2 )); then\n    names=(" + zsh_commands(app) +
+         "  if (( CURRENT == 2 )); then\n    names=(" +
+         zsh_commands(app) +
          ")\n    _describe command names\n    return\n  fi\n"
-         "  local command=$words[2]\n" + groups +
-         "  case $command in\n" + cases +
+         "  local command=$words[2]\n" +
+         groups + "  case $command in\n" + cases +
          "  esac\n"
          "}\n"
          "_palpate \"$@\"\n";
@@ -179,7 +183,8 @@ std::string fish_script(const CLI::App& app) {
       text += "complete -c palpate -n " + quoted(here);
       for (const std::string& short_name : option->get_snames()) { text += " -s " + short_name; }
       for (const std::string& long_name : option->get_lnames()) { text += " -l " + long_name; }
-      text += (takes_value(*option) ? " -r -d " : " -d ") + quoted(option->get_description()) + "\n";
+      text +=
+          (takes_value(*option) ? " -r -d " : " -d ") + quoted(option->get_description()) + "\n";
     }
   }
   return text;
@@ -229,10 +234,11 @@ std::string man_lines(const std::string& text) {
 }  // namespace
 
 std::string man_page(const CLI::App& app) {
-  std::string text = std::string(".TH PALPATE 1 \"\" \"palpate ") + build::version +
-                     "\" \"User Commands\"\n.SH NAME\npalpate \\- " +
-                     man_text("validation and regression harness for haptic soft-tissue simulation") +
-                     "\n.SH SYNOPSIS\n.B palpate\n.I COMMAND\n[\\fIOPTION\\fR]...\n.SH COMMANDS\n";
+  std::string text =
+      std::string(".TH PALPATE 1 \"\" \"palpate ") + build::version +
+      "\" \"User Commands\"\n.SH NAME\npalpate \\- " +
+      man_text("validation and regression harness for haptic soft-tissue simulation") +
+      "\n.SH SYNOPSIS\n.B palpate\n.I COMMAND\n[\\fIOPTION\\fR]...\n.SH COMMANDS\n";
   std::string task;
   const std::vector<NamedCommand> commands = all_commands(app);
   for (const NamedCommand& each : commands) {
@@ -254,13 +260,14 @@ std::string man_page(const CLI::App& app) {
 }
 
 void add_completion(Program& program) {
-  const auto [command, options] = add_command(
-      program, "completion", "print the completion script of a shell", run_completion);
+  const auto [command, options] =
+      add_command(program, "completion", "print the completion script of a shell", run_completion);
   options.program = &program.app;
   add_value(command, "shell", options.shell, "SHELL", "bash, zsh or fish")->required();
   writes_nothing(command);
-  command.footer("bash: palpate completion bash > ~/.local/share/bash-completion/completions/palpate\n"
-                 "`cmake --install` installs the scripts of all three and the manual page.");
+  command.footer(
+      "bash: palpate completion bash > ~/.local/share/bash-completion/completions/palpate\n"
+      "`cmake --install` installs the scripts of all three and the manual page.");
 }
 
 }  // namespace palpate::cli

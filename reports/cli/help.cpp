@@ -49,9 +49,9 @@ std::string unknown_command(const std::string& word, const CLI::App& parent,
   for (const std::string& name : known) { list += (list.empty() ? "" : ", ") + name; }
   const std::string hint = did_you_mean(word, known, path);
   return path + word + ": unknown command" +
-         (!hint.empty()    ? hint
+         (!hint.empty()  ? hint
           : path.empty() ? "; `palpate help` lists the commands"
-                           : "; one of " + list);
+                         : "; one of " + list);
 }
 
 /// Words of a command, such as "subject check", without the program.
@@ -79,9 +79,9 @@ int run_help(const HelpOptions& options) {
   }
   const std::string parent =
       command->get_parent() == nullptr ? "" : path_of(*command->get_parent());
-  const std::string text =
-      options.words.empty() ? commands_by_task(*command)
-                            : command->help("palpate" + (parent.empty() ? "" : " " + parent));
+  const std::string text = options.words.empty()
+                               ? commands_by_task(*command)
+                               : command->help("palpate" + (parent.empty() ? "" : " " + parent));
   std::printf("%s", text.c_str());
   return done;
 }
@@ -133,9 +133,9 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const std::string hint = did_you_mean(bare, names_of_options(*command), "--");
   const bool misplaced = group && !command->get_subcommands().empty() && hint.empty();
   return before + word + ": unknown option" +
-         (misplaced        ? "; options follow the command"
+         (misplaced      ? "; options follow the command"
           : hint.empty() ? "; " + help + " lists the options"
-                           : hint);
+                         : hint);
 }
 
 void add_help(Program& program) {
@@ -152,7 +152,7 @@ namespace {
 const char* instructions_here() {
   return widest_allowed() >= Widest::avx512 && has_avx512() ? "AVX-512"
          : widest_allowed() >= Widest::avx2 && has_avx2()   ? "AVX2"
-                                                              : "baseline x86-64";
+                                                            : "baseline x86-64";
 }
 
 /// Prints one line for each fact; those of the processor are found out now, the others were fixed

@@ -33,16 +33,15 @@ struct Kind {
 };
 
 const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> all{
-      {"needle", {{"scene.toml", init::needle}}},
-      {"palpation", {{"scene.toml", init::palpation}}},
-      {"mri", {{"scene.toml", init::mri}}},
-      {"mesh",
-       {{"scene.toml", init::mesh},
-        {"vertebrae.obj", init::vertebrae},
-        {"ligament.obj", init::ligament},
-        {"flavum.obj", init::flavum}}},
-      {"subject", {}}};
+  static const std::vector<Kind> all{{"needle", {{"scene.toml", init::needle}}},
+                                     {"palpation", {{"scene.toml", init::palpation}}},
+                                     {"mri", {{"scene.toml", init::mri}}},
+                                     {"mesh",
+                                      {{"scene.toml", init::mesh},
+                                       {"vertebrae.obj", init::vertebrae},
+                                       {"ligament.obj", init::ligament},
+                                       {"flavum.obj", init::flavum}}},
+                                     {"subject", {}}};
   return all;
 }
 
@@ -87,7 +86,8 @@ int run_init(const InitOptions& options) {
                      (nearest.empty() ? "" : "did you mean " + std::string(nearest) + "? ") +
                      "needle, palpation, mri, mesh or subject");
   }
-  const fs::path folder = options.out.empty() ? options.output_folder() / options.kind : options.out;
+  const fs::path folder =
+      options.out.empty() ? options.output_folder() / options.kind : options.out;
   std::string next;
   if (kind->files.empty()) {
     next = write_subject_skeleton("c", folder);
@@ -115,13 +115,14 @@ void make_empty_folder(const fs::path& folder) {
 }
 
 void add_init(Program& program) {
-  const auto [command, options] = add_command(
-      program, "init", "write a first scene with comments, or the skeleton of a simulator",
-      run_init);
+  const auto [command, options] =
+      add_command(program, "init",
+                  "write a first scene with comments, or the skeleton of a simulator", run_init);
   add_value(command, "kind", options.kind, "KIND",
             "needle, palpation, mri, mesh or subject [needle]");
-  command.footer("Writes scene.toml and the files that it needs, and prints the next command.\n"
-                 "A folder that is not empty is refused. Default of --out: palpate-out/init/KIND.");
+  command.footer(
+      "Writes scene.toml and the files that it needs, and prints the next command.\n"
+      "A folder that is not empty is refused. Default of --out: palpate-out/init/KIND.");
 }
 
 }  // namespace palpate::cli

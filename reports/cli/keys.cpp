@@ -117,9 +117,8 @@ class SchemaWriter {
  public:
   template <class T> void value(std::string_view name, T&& member, const Key& key) {
     Json schema = schema_of(member, key.range);
-    const std::string unit = key.unit.empty() || key.unit == "1"
-                                 ? ""
-                                 : " [" + std::string(key.unit) + "]";
+    const std::string unit =
+        key.unit.empty() || key.unit == "1" ? "" : " [" + std::string(key.unit) + "]";
     schema["description"] = std::string(key.doc) + unit;
     // Defaults that depend on other keys are sentences, not values.
     const Json otherwise =
@@ -273,9 +272,8 @@ int run_schema(const CommonOptions&) {
 }  // namespace
 
 void add_scene_keys(Program& program) {
-  const auto [command, options] =
-      add_command(program, "keys", "list the keys of a scene: unit, range, default, meaning",
-                  run_keys);
+  const auto [command, options] = add_command(
+      program, "keys", "list the keys of a scene: unit, range, default, meaning", run_keys);
   add_value(command, "table", options.table, "TABLE",
             "table such as needle or tissue.mesh, or one key [all]");
   add_json(command, options);
@@ -283,8 +281,8 @@ void add_scene_keys(Program& program) {
 }
 
 void add_schema(Program& program) {
-  const auto [command, options] = add_command(
-      program, "schema", "print the JSON Schema of a scene, for editors", run_schema);
+  const auto [command, options] =
+      add_command(program, "schema", "print the JSON Schema of a scene, for editors", run_schema);
   writes_nothing(command);
   command.footer("docs/scenes.md shows how an editor uses it.");
 }

@@ -76,10 +76,8 @@ int run_export(const ExportOptions& options) {
                                   .needs = needs,
                                   .abi = PALPATE_SUBJECT_ABI,
                                   .file = &file});
-  if (!options.quiet) {
-    std::printf("%s: %td nodes, %zu springs; needs %s\n", folder.c_str(), network.node_count(),
-                network.springs.size(), needs.empty() ? "what only the model has" : needs.c_str());
-  }
+  std::printf("%s: %td nodes, %zu springs; needs %s\n", folder.c_str(), network.node_count(),
+              network.springs.size(), needs.empty() ? "what only the model has" : needs.c_str());
   return done;
 }
 
@@ -117,7 +115,7 @@ struct NewOptions : CommonOptions {
 
 int run_new(const NewOptions& options) {
   const std::string next = write_subject_skeleton(options.language, options.folder);
-  if (!options.quiet) { std::printf("%s\n", next.c_str()); }
+  std::printf("%s\n", next.c_str());
   return done;
 }
 
