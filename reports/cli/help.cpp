@@ -121,8 +121,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
       return path.empty() ? "no command; one of those above is needed"
                           : path + ": no command" + "; " + help + " lists them";
     }
-    return before + (before.empty() ? "" : ": ") + error.what() + "; " + help +
-           " shows what is allowed";
+    return std::string(error.what()) + "; " + help + " shows what is allowed";
   }
   const std::string word = extra.front().substr(0, extra.front().find('='));
   if (!word.starts_with("-")) {
