@@ -69,7 +69,7 @@ inline CLI::Validator number_range(double least, double most) {
     if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) { return {}; }
     return "Value " + text + " not in range " + range;
   };
-  return CLI::Validator(check, "FLOAT from " + range);
+  return CLI::Validator(check, "from " + range);
 }
 
 /// Adds an option; `type` names its value in the help text. A list takes one value at each use.

@@ -213,15 +213,19 @@ std::string man_text(const std::string& text) {
   return result;
 }
 
+/// Arguments of a command, then its options.
 std::string man_options(const CLI::App& command) {
+  const auto entry = [](const std::string& name, const CLI::Option& option) {
+    return ".TP\n.B " + man_text(name) + "\n" + man_text(option.get_description()) + "\n";
+  };
   std::string text;
-  for (const CLI::Option* option :
-       command.get_options([](const CLI::Option* each) { return !each->get_group().empty(); })) {
-    const bool positional = option->get_positional();
-    std::string name = positional ? option->get_type_name()
-                                  : joined_words(spellings(*option), ", ") +
-                                        (takes_value(*option) ? " " + option->get_type_name() : "");
-    text += ".TP\n.B " + man_text(name) + "\n" + man_text(option->get_description()) + "\n";
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_positional()) { text += entry(option->get_type_name(), *option); }
+  }
+  for (const CLI::Option* option : shown_options(command)) {
+    text += entry(joined_words(spellings(*option), ", ") +
+                      (takes_value(*option) ? " " + option->get_type_name() : ""),
+                  *option);
   }
   return text;
 }
@@ -253,7 +257,9 @@ std::string man_page(const CLI::App& app) {
     for (char& c : title) { c = static_cast<char>(std::toupper(static_cast<unsigned char>(c))); }
     text += ".SH " + man_text(title) + "\n" + man_text(each.app->get_description()) + ".\n" +
             man_options(*each.app);
-    if (each.app->get_footer() != app.get_footer()) { text += man_lines(each.app->get_footer()); }
+    // A command without a footer of its own has the exit codes, which have their own section.
+    const std::string footer = each.app->get_footer();
+    if (!app.get_footer().starts_with(footer)) { text += man_lines(footer); }
   }
   return text + ".SH FILES\n.TP\n.I palpate\\-out/COMMAND\nresults, without\n.B \\-\\-out\n" +
          ".SH EXIT STATUS\n" + man_lines(app.get_footer());

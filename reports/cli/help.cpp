@@ -118,7 +118,7 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> extra = command->remaining();
   if (extra.empty()) {
     if (group && command->get_subcommands().empty()) {
-      return path.empty() ? "no command; one of those above is needed"
+      return path.empty() ? "no command; `palpate help` lists them"
                           : path + ": no command" + "; " + help + " lists them";
     }
     return std::string(error.what()) + "; " + help + " shows what is allowed";
