@@ -231,8 +231,12 @@ void tell_notes(const std::vector<std::string>& warnings, const std::filesystem:
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
 
-void tell(const CalibrationReport& report, const std::filesystem::path& folder) {
-  std::printf("%s\n%s\n", calibration_verdict(report).c_str(), calibration_detail(report).c_str());
+void tell(const CalibrationReport& report, const std::filesystem::path& folder,
+          const CommonOptions& options) {
+  std::printf("%s\n",
+              in_colour(calibration_verdict(report), report.result.outcome().status).c_str());
+  if (options.quiet) { return; }
+  std::printf("%s\n", calibration_detail(report).c_str());
   tell_fitted(report.result.fit);
   for (const HeldOut& held : report.result.held_out) {
     std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those predicted\n",
@@ -390,8 +394,11 @@ std::vector<std::string> comment_of(const InsertionFitReport& report, const std:
   return lines;
 }
 
-void tell(const InsertionFitReport& report, const std::filesystem::path& folder) {
-  std::printf("%s\n", calibration_verdict(report).c_str());
+void tell(const InsertionFitReport& report, const std::filesystem::path& folder,
+          const CommonOptions& options) {
+  std::printf("%s\n",
+              in_colour(calibration_verdict(report), report.result.outcome().status).c_str());
+  if (options.quiet) { return; }
   tell_fitted(report.result.fit);
   tell_notes(calibration_warnings(report), folder);
 }
@@ -451,7 +458,7 @@ int run_insertions(const CalibrateOptions& options) {
   files.emplace_back("report.html", to_html(report));
   const std::filesystem::path folder = options.make_folder();
   for (const auto& [name, text] : files) { io::replace_file(folder / name, text); }
-  if (!options.quiet) { tell(report, folder); }
+  tell(report, folder, options);
   return report.result.outcome().status == Status::pass ? done : fell_short;
 }
 
@@ -500,7 +507,7 @@ int run_calibrate(const CalibrateOptions& options) {
   io::replace_file(folder / "fitted.toml", fitted);
   io::replace_file(folder / "calibration.json", to_json(report));
   io::replace_file(folder / "report.html", page);
-  if (!options.quiet) { tell(report, folder); }
+  tell(report, folder, options);
   return report.result.outcome().status == Status::pass ? done : fell_short;
 }
 
@@ -537,6 +544,7 @@ void add_calibrate(Program& program) {
   add_subject_options(command, options.subject);
   command.add_option("--jobs", options.jobs, "simulations at a time [one per core]")
       ->check(CLI::Range(1, 1024));
+  add_json(command, options, "calibration.json");
   command.footer(
       "Keys: material.NAME.cutting_force, friction, youngs_modulus; layer.INDEX.thickness of the "
       "fat;\nsyringe.thumb_force, compliance, tissue_resistance, epidural_resistance. What "

@@ -376,9 +376,12 @@ void count_worst(const CertifyOptions& options, const Claim& claim, CertificateR
 }
 
 void tell(const CertificateReport& report, const Outcome& outcome,
-          const std::filesystem::path& folder) {
-  std::printf("%s: %s\n%s\n", std::string(verdict_word(outcome.status)).c_str(),
-              outcome.reason().c_str(), budget_text(report.result).c_str());
+          const std::filesystem::path& folder, const CommonOptions& options) {
+  std::printf("%s: %s\n",
+              in_colour(std::string(verdict_word(outcome.status)), outcome.status).c_str(),
+              outcome.reason().c_str());
+  if (options.quiet) { return; }
+  std::printf("%s\n", budget_text(report.result).c_str());
   for (const NamedPhase& named : phases_of(report)) {
     const LoopRecord& record = named.phase->record;
     if (record.ticks() == 0) { continue; }
@@ -399,10 +402,8 @@ int verify(const CertifyOptions& options) {
   const SealedVerdict sealed = verified_certificate(
       io::read_text(file, most_bytes),
       io::read_text(file.parent_path() / "histogram.csv", most_bytes), file.string());
-  if (!options.quiet) {
-    std::printf("unchanged since it was written; %s: %s\n", io::printable(sealed.verdict).c_str(),
-                io::printable(sealed.reason).c_str());
-  }
+  std::printf("unchanged since it was written; %s: %s\n", io::printable(sealed.verdict).c_str(),
+              io::printable(sealed.reason).c_str());
   return sealed.verdict == verdict_word(Status::pass)   ? done
          : sealed.verdict == verdict_word(Status::fail) ? fell_short
                                                         : machine_cannot;
@@ -458,7 +459,7 @@ int run_certify(const CertifyOptions& options) {
   io::replace_file(folder / "certificate.json", to_json(report));
   io::replace_file(folder / "histogram.csv", to_csv(report));
   io::replace_file(folder / "report.html", to_html(report));
-  if (!options.quiet) { tell(report, outcome, folder); }
+  tell(report, outcome, folder, options);
   if (report.result.interrupted) { return interrupted_code; }
   return outcome.status == Status::pass   ? done
          : outcome.status == Status::fail ? fell_short
@@ -494,6 +495,7 @@ void add_certify(Program& program) {
   command.add_flag("--verify", options.verify,
                    "SCENE is a certificate.json: run nothing, refuse it with exit code 2 if it or "
                    "histogram.csv beside it was changed, else end as it says");
+  add_json(command, options, "certificate.json");
   command.footer(
       "Writes certificate.json, histogram.csv and report.html; docs/certificate.md explains the "
       "claims\nand how to prepare a machine. Exit codes: 0 certified, 1 not certified, 2 bad "

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <fcntl.h>
@@ -20,6 +21,7 @@
 #include "palpate_version.hpp"
 
 #include "fixtures/io/child_read.hpp"
+#include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/stepping/integrator.hpp"
 
@@ -55,12 +57,12 @@ void lock_folder(const fs::path& folder) {
   }
 }
 
-fs::path CommonOptions::folder() const {
+fs::path CommonOptions::output_folder() const {
   return out.empty() ? fs::path("palpate-out") / name : out;
 }
 
 fs::path CommonOptions::make_folder() const {
-  const fs::path folder = this->folder();
+  const fs::path folder = output_folder();
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
@@ -84,6 +86,85 @@ void catch_interrupts() {
   io::end_reads_on(&interrupted);
   std::signal(SIGINT, note);
   std::signal(SIGTERM, note);
+}
+
+void add_common(CLI::App& command, CommonOptions& options) {
+  add_value(command, "-o,--out", options.out, "DIR",
+            "output folder [palpate-out/" + options.name + "]");
+  command.add_flag("-q,--quiet", options.quiet, "print errors and the last line only");
+  command.set_version_flag("--version", version_text());
+}
+
+void add_json(CLI::App& command, CommonOptions& options, const std::string& file) {
+  options.json_file = file;
+  command.add_flag("--json", options.json,
+                   file.empty() ? "as JSON on standard output"
+                                : "print " + file + " on standard output and no other text there");
+}
+
+void add_verbose(CLI::App& command, CommonOptions& options, const std::string& help) {
+  command.add_flag("-v,--verbose", options.verbose, help);
+}
+
+void writes_nothing(CLI::App& command) {
+  for (const char* name : {"--out", "--quiet"}) { command.get_option(name)->group(""); }
+}
+
+std::string in_colour(const std::string& text, Status status) {
+  const char* plain = std::getenv("NO_COLOR");
+  const char* terminal = std::getenv("TERM");
+  const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
+  if (isatty(STDOUT_FILENO) == 0 || dumb || (plain != nullptr && *plain != '\0')) { return text; }
+  const char* colour = status == Status::pass   ? "\033[32m"
+                       : status == Status::skip ? ""
+                                                : "\033[31m";
+  return colour + text + "\033[0m";
+}
+
+namespace {
+
+/// Sends standard output to standard error during its lifetime.
+class TextToStandardError {
+ public:
+  TextToStandardError() : output_(dup(STDOUT_FILENO)) {
+    std::fflush(stdout);
+    dup2(STDERR_FILENO, STDOUT_FILENO);
+  }
+  ~TextToStandardError() {
+    std::fflush(stdout);
+    dup2(output_, STDOUT_FILENO);
+    close(output_);
+  }
+  TextToStandardError(const TextToStandardError&) = delete;
+  TextToStandardError& operator=(const TextToStandardError&) = delete;
+
+ private:
+  int output_;
+};
+
+}  // namespace
+
+int run_command(CommonOptions& options, const std::function<int()>& run) {
+  if (!options.json || options.json_file.empty()) { return run(); }
+  options.quiet = true;
+  const fs::path file = options.output_folder() / options.json_file;
+  // A file of an earlier run is not this one's result.
+  std::error_code absent;
+  const fs::file_time_type before = fs::last_write_time(file, absent);
+  const bool existed = !absent;
+  int code = done;
+  {
+    const TextToStandardError redirected;
+    code = run();
+  }
+  const fs::file_time_type after = fs::last_write_time(file, absent);
+  if (!absent && (!existed || after != before)) {
+    const std::string text = io::read_text(file, std::size_t{1} << 32);
+    std::fwrite(text.data(), 1, text.size(), stdout);
+  } else if (code == done) {
+    throw InputError("--json: " + options.json_file + " is not written with these options");
+  }
+  return code;
 }
 
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file) {
@@ -141,7 +222,9 @@ std::string utc_now() {
   return buffer.data();
 }
 
-std::string quoted(const std::string& word) {
+}  // namespace
+
+std::string in_shell_quotes(const std::string& word) {
   constexpr const char* plain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,:";
   if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) { return word; }
@@ -149,8 +232,6 @@ std::string quoted(const std::string& word) {
   for (const char c : word) { text += c == '\'' ? "'\\''" : std::string(1, c); }
   return text + "'";
 }
-
-}  // namespace
 
 std::string processor_line(const std::string& name) {
   std::ifstream info("/proc/cpuinfo");
@@ -180,8 +261,9 @@ std::string version_text() {
 }
 
 std::string reproducible(const CLI::App& command) {
-  constexpr std::array<std::string_view, 7> without_effect{
-      "--out", "--quiet", "--jobs", "--cache", "--data", "--history", "--slack"};
+  constexpr std::array<std::string_view, 9> without_effect{"--out",  "--quiet",   "--verbose",
+                                                           "--json", "--jobs",    "--cache",
+                                                           "--data", "--history", "--slack"};
   const CLI::App* parent = command.get_parent();
   const bool nested = parent != nullptr && parent->get_parent() != nullptr;
   std::string text = "palpate " + (nested ? parent->get_name() + " " : "") + command.get_name();
@@ -190,7 +272,7 @@ std::string reproducible(const CLI::App& command) {
     if (option->count() == 0 || std::ranges::count(without_effect, name) > 0) { continue; }
     for (const std::string& value : option->results()) {
       if (option->nonpositional()) { text += " " + name; }
-      if (option->get_items_expected_max() > 0) { text += " " + quoted(value); }
+      if (option->get_items_expected_max() > 0) { text += " " + in_shell_quotes(value); }
     }
   }
   return text;

@@ -13,6 +13,7 @@
 
 #include "device/byte_link.hpp"
 #include "reports/subject/foreign_subject.hpp"
+#include "validation/outcome.hpp"
 
 namespace palpate::build {
 
@@ -31,15 +32,19 @@ enum ExitCode : int {
   interrupted_code = 130
 };
 
-/// Options that every command accepts.
+/// Options that commands share; add_command() adds them.
 struct CommonOptions {
   std::string name{};     ///< name of the command
   std::string command{};  ///< command line that reproduces the result
   std::filesystem::path out{};
   std::vector<std::string> overrides{};  ///< --set dotted.key=value
   bool quiet = false;
+  bool verbose = false;
+  bool json = false;        ///< result on standard output instead of text
+  std::string json_file{};  ///< file in the output folder that --json prints; empty: none
 
-  [[nodiscard]] std::filesystem::path folder() const;  ///< the output folder
+  [[nodiscard]] std::filesystem::path output_folder() const;
+
   /// Creates the output folder if it does not exist, locks it against other processes of this
   /// program until this one ends, and returns it. Throws InputError, also if it is locked.
   [[nodiscard]] std::filesystem::path make_folder() const;
@@ -64,7 +69,7 @@ inline CLI::Validator number_range(double least, double most) {
     if (CLI::detail::lexical_cast(text, value) && value >= least && value <= most) { return {}; }
     return "Value " + text + " not in range " + range;
   };
-  return CLI::Validator(check, "FLOAT from " + range);
+  return CLI::Validator(check, "from " + range);
 }
 
 /// Adds an option; `type` names its value in the help text. A list takes one value at each use.
@@ -93,6 +98,14 @@ std::filesystem::path default_cache_folder();
 SubjectChoice confined(const SubjectChoice& choice, const CommonOptions& options,
                        const std::vector<std::filesystem::path>& more = {});
 
+/// Creates a folder. Throws InputError if it exists and is not empty.
+void make_empty_folder(const std::filesystem::path& folder);
+
+/// Writes the skeleton of a simulator into a new folder. Returns the command that builds and checks
+/// it. Throws InputError.
+std::string write_subject_skeleton(const std::string& language,
+                                   const std::filesystem::path& folder);
+
 /// Entries of a provenance that describe a subject.
 std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts);
 
@@ -108,6 +121,9 @@ int serve_device(const std::function<void()>& serve);
 
 /// List of integrators at the end of a help text.
 std::string integrator_help();
+
+/// Returns a word as one argument for a shell, quoted where necessary.
+std::string in_shell_quotes(const std::string& word);
 
 /// Command line with all options that affect the result, quoted for a shell.
 std::string reproducible(const CLI::App& command);
@@ -131,26 +147,60 @@ template <class Options> struct Command {
   Options& options;
 };
 
-/// Adds a command with --out and --quiet. Its options have the lifetime of the program.
-/// A command `parent name` is a subcommand of `parent`.
+/// Adds --out, --quiet and --version.
+void add_common(CLI::App& command, CommonOptions& options);
+
+/// Adds --json, which prints `file` of the output folder. Without a file the command prints itself.
+void add_json(CLI::App& command, CommonOptions& options, const std::string& file = {});
+
+/// Adds --verbose; `help` says what it adds to the text.
+void add_verbose(CLI::App& command, CommonOptions& options, const std::string& help);
+
+/// Hides --out and --quiet from the help of a command that writes no files. It accepts them.
+void writes_nothing(CLI::App& command);
+
+/// Returns the text in green or red if standard output is a terminal, and as it is elsewhere, with
+/// the environment variable NO_COLOR and on a dumb terminal.
+std::string in_colour(const std::string& text, Status status);
+
+/// Calls `run`, with --json as add_json() says.
+int run_command(CommonOptions& options, const std::function<int()>& run);
+
+/// Adds a command with the common options, which have the lifetime of the program. A command
+/// `parent name` is a subcommand of `parent`.
 template <class Options>
 Command<Options> add_command(Program& program, const std::string& name, const std::string& summary,
                              int (*run)(const Options&), CLI::App* parent = nullptr) {
   const auto options = std::make_shared<Options>();
   options->name = parent != nullptr ? parent->get_name() + "-" + name : name;
   CLI::App* command = (parent != nullptr ? parent : &program.app)->add_subcommand(name, summary);
-  add_value(*command, "--out", options->out, "DIR",
-            "output folder [palpate-out/" + options->name + "]");
-  command->add_flag("--quiet", options->quiet, "print errors only");
+  add_common(*command, *options);
   command->callback([command, options, run, &program] {
     options->command = reproducible(*command);
-    program.chosen = [options, run] { return run(*options); };
+    program.chosen = [options, run] {
+      return run_command(*options, [&options, run] { return run(*options); });
+    };
   });
   return {*command, *options};
 }
 
+/// Names of all commands, grouped by task, with one line each.
+std::string commands_by_task(const CLI::App& app);
+
+/// Manual page in the format of man(7).
+std::string man_page(const CLI::App& app);
+
+/// Message for a command line that CLI11 refused: the word, the nearest known word, where help is.
+std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
+
 // Each command has one source file with its options, its command line and its function.
 
+void add_help(Program& program);
+void add_init(Program& program);
+void add_scene_keys(Program& program);
+void add_schema(Program& program);
+void add_completion(Program& program);
+void add_version(Program& program);
 void add_run(Program& program);
 void add_inspect(Program& program);
 void add_validate(Program& program);

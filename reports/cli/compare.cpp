@@ -164,8 +164,12 @@ GroupOptions group_options(const CompareOptions& asked,
   return options;
 }
 
-void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
-  std::printf("%s: %s\n", verdict_text(report).c_str(), verdict_sentence(report).c_str());
+void tell(const ComparisonReport& report, const std::filesystem::path& folder,
+          const CommonOptions& options) {
+  std::printf("%s: %s\n",
+              in_colour(verdict_text(report), holds(report) ? Status::pass : Status::fail).c_str(),
+              verdict_sentence(report).c_str());
+  if (options.quiet) { return; }
   std::printf("recordings: %s\n", tally_of(report).c_str());
   const bool more =
       report.found.outcome.reasons.size() > 1;  // the first reason is already in the sentence
@@ -249,7 +253,7 @@ int run_compare(const CompareOptions& options) {
   }
   io::replace_file(folder / "comparison.json", json);
   io::replace_file(folder / "report.html", page);
-  if (!options.quiet) { tell(report, folder); }
+  tell(report, folder, options);
   return holds(report) ? done : fell_short;
 }
 
@@ -287,6 +291,7 @@ void add_compare(Program& program) {
   add_value(command, "--results", options.results, "DIR",
             "results folder of `palpate validate`, shown as evidence at the end");
   add_subject_options(command, options.subject);
+  add_json(command, options, "comparison.json");
   command.footer(
       "One of --scene and --trace is needed. Default tolerances of a pressure:\n" +
       tolerance_help(comparison::QuantityKind::pressure) +

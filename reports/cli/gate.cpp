@@ -112,9 +112,12 @@ int run_gate(const GateOptions& options) {
   io::replace_file(folder / "gate.json", to_json(report));
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
+  if (!options.quiet) { std::printf("%s", changes_text(report.result).c_str()); }
+  std::printf("%s\n", in_colour(verdict_text(report.result),
+                                report.result.holds() ? Status::pass : Status::fail)
+                          .c_str());
   if (!options.quiet) {
-    std::printf("%s%s\n%s; %s\n%s\n", changes_text(report.result).c_str(),
-                verdict_text(report.result).c_str(), verdict_sentence(report.result).c_str(),
+    std::printf("%s; %s\n%s\n", verdict_sentence(report.result).c_str(),
                 (folder / "report.html").string().c_str(), builds_text(report).c_str());
   }
   return report.result.holds() ? done : fell_short;
@@ -242,10 +245,8 @@ int run_approve(const ApproveOptions& options) {
                  io::printable(commit).c_str());
   }
   write_baseline(options.baseline, updated);
-  if (!options.quiet) {
-    std::printf("%zu of %zu cases accepted; %s\n", updated.ledger.back().cases.size(),
-                updated.cases.size(), options.baseline.string().c_str());
-  }
+  std::printf("%zu of %zu cases accepted; %s\n", updated.ledger.back().cases.size(),
+              updated.cases.size(), options.baseline.string().c_str());
   return done;
 }
 
@@ -267,6 +268,7 @@ void add_gate(Program& program) {
   const auto [command, options] =
       add_command(program, "gate", "compare results with a baseline", run_gate);
   add_judged(command, options);
+  add_json(command, options, "gate.json");
   command.footer(
       "Writes gate.json, gate.xml (JUnit) and report.html. Exit codes: 0 no case became worse, 1 a "
       "case\ndid or cannot be compared, 2 bad input. docs/gate.md has the rules.");

@@ -134,10 +134,11 @@ int import_all(const ImportOptions& options, const std::optional<RecordingPreset
   for (std::size_t n = 0; n < recordings.size(); ++n) {
     const std::filesystem::path file = folder / (options.files[n].stem().string() + ".h5");
     io::write_recording_hdf5(file, recordings[n].recording);
-    if (options.quiet) { continue; }
-    std::printf("%s\n", options.files[n].c_str());
-    tell(recordings[n]);
-    std::printf("%s\n", file.c_str());
+    if (!options.quiet) {
+      std::printf("%s\n", options.files[n].c_str());
+      tell(recordings[n]);
+    }
+    if (!options.quiet || n + 1 == recordings.size()) { std::printf("%s\n", file.c_str()); }
   }
   return done;
 }
@@ -150,9 +151,11 @@ int run_import(const ImportOptions& options) {
   const std::filesystem::path folder = options.make_folder();
   io::write_recording_hdf5(folder / "recording.h5", read.recording);
   io::write_recording_csv(folder / "recording.csv", read.recording);
-  if (options.quiet) { return done; }
-  tell(read);
-  std::printf("%s\n%s\n", (folder / "recording.h5").c_str(), (folder / "recording.csv").c_str());
+  if (!options.quiet) {
+    tell(read);
+    std::printf("%s\n", (folder / "recording.h5").c_str());
+  }
+  std::printf("%s\n", (folder / "recording.csv").c_str());
   return done;
 }
 
@@ -167,10 +170,8 @@ int run_reconstruct(const ReconstructOptions& options) {
   for (const Recording& recording : recordings) {
     io::write_recording_hdf5(folder / (recording.name + ".h5"), recording);
   }
-  if (!options.quiet) {
-    std::printf("%zu recordings, reconstructed from published summary values: %s\n",
-                recordings.size(), folder.c_str());
-  }
+  std::printf("%zu recordings, reconstructed from published summary values: %s\n",
+              recordings.size(), folder.c_str());
   return done;
 }
 

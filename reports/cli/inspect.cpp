@@ -23,7 +23,6 @@ namespace {
 
 struct InspectOptions : CommonOptions {
   std::filesystem::path scene{};
-  bool json = false;
   bool no_skip = false;
 };
 
@@ -342,7 +341,8 @@ void add_inspect(Program& program) {
       program, "inspect", "show contents, cost and skipped work of a scene, without simulating",
       run_inspect);
   add_scene(command, options, options.scene);
-  command.add_flag("--json", options.json, "as JSON on standard output");
+  add_json(command, options);
+  writes_nothing(command);
   command.add_flag("--no-skip", options.no_skip, "plan without skipping");
   command.footer(integrator_help());
 }

@@ -47,12 +47,33 @@ int run(Program& program, int argc, char** argv) {
     program.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) { return program.app.exit(error); }  // --help, --version
-    throw InputError(std::string(error.what()) + "; `palpate --help` shows what is allowed");
+    if (argc == 1) {
+      std::printf("%s", commands_by_task(program.app).c_str());
+      std::fflush(stdout);
+    }
+    throw InputError(usage_error(program.app, error));
   }
   try {
     (void)widest_allowed();
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
   return program.chosen();
+}
+
+/// Commands of one task, in the order of the help text.
+struct Task {
+  const char* name;
+  std::vector<void (*)(Program&)> commands;
+};
+
+const std::vector<Task>& tasks() {
+  static const std::vector<Task> all{
+      {"Scenes", {add_init, add_run, add_inspect, add_scene_keys, add_schema, add_export}},
+      {"Judge a model or a simulator", {add_validate, add_bench, add_subject}},
+      {"Results over time", {add_report, add_gate, add_approve}},
+      {"Real time and devices", {add_certify, add_falcon}},
+      {"Recordings", {add_import, add_transducer, add_compare, add_calibrate, add_reconstruct}},
+      {"This program", {add_help, add_version, add_completion, add_steps}}};
+  return all;
 }
 
 }  // namespace
@@ -62,18 +83,17 @@ int main(int argc, char** argv) {
   CLI::App& app = program.app;
   app.set_version_flag("--version", version_text());
   app.require_subcommand(1);
-  app.footer(integrator_help() +
-             "\nExit codes: 0 all checks pass, 1 a check failed, 2 bad usage or input "
-             "(nothing written),\n3 this machine cannot do it, 130 interrupted.");
-  for (const auto& add :
-       {add_run, add_inspect, add_validate, add_bench, add_steps, add_certify, add_report,
-        add_export, add_subject, add_falcon, add_import, add_transducer, add_gate, add_approve,
-        add_compare, add_calibrate, add_reconstruct}) {
-    add(program);
+  const std::string exit_codes =
+      "Exit codes: 0 all checks pass, 1 a check failed, 2 bad usage or input (nothing written),\n"
+      "3 this machine cannot do it, 130 interrupted.";
+  app.footer(exit_codes);  // also of commands without a footer of their own
+  for (const Task& task : tasks()) {
+    const std::size_t before = app.get_subcommands({}).size();
+    for (const auto& add : task.commands) { add(program); }
+    const std::vector<CLI::App*> all = app.get_subcommands({});
+    for (std::size_t n = before; n < all.size(); ++n) { all[n]->group(task.name); }
   }
-  for (CLI::App* each : app.get_subcommands({})) {
-    each->set_version_flag("--version", version_text());
-  }
+  app.footer(exit_codes + "\n`palpate help COMMAND` explains a command.");
   try {
     return after_output(run(program, argc, argv));
   } catch (const InputError& error) {

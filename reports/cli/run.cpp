@@ -14,6 +14,7 @@
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/problem/needle_path.hpp"
+#include "model/problem/recording.hpp"
 #include "model/reduction/mode_basis.hpp"
 #include "model/reduction/reduced_network.hpp"
 #include "model/tissue/network_builder.hpp"
@@ -52,10 +53,12 @@ struct FinishedRun {
   Trace trace{};
   std::optional<FalconFacts> falcon{};               ///< facts of the device, for a hand-held tool
   std::optional<device::DeadlineFacts> real_time{};  ///< only with the wall clock
+  double rate = 0.0;                                 ///< ticks of the loop per second [Hz]
   std::optional<SubjectFacts> subject{};             ///< another simulator than the model
   double control = 0.0;                              ///< of an empty call to it [s]
   std::vector<std::string> warnings{};
 
+  [[nodiscard]] bool late() const { return real_time && real_time->missed > 0; }
   [[nodiscard]] double ns_per_spring_step(std::size_t springs) const {
     return trace.steps == 0 || springs == 0
                ? 0.0
@@ -370,16 +373,21 @@ std::vector<Fact> trust_facts(const std::vector<ErrorSource>& sources, const Ste
   return facts;
 }
 
-/// Checks that refined runs have something to refine and something to compare.
-void refuse_without_measure(const RunOptions& options, const LoadedScene& loaded) {
+/// Returns true if a refined run can be compared: by a tool, a record or the oscillator.
+bool has_measure(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
-  if (options.real_time) {
-    throw InputError("--refine with --real-time: refined runs do not keep to the clock; use one");
-  }
   const bool recorded = std::ranges::any_of(scene.records, [](const Record& record) {
     return std::ranges::count(record.quantities, RecordedQuantity::position) > 0;
   });
-  if (loaded.network() != nullptr && !scene.needle && !scene.probe && !recorded) {
+  return loaded.network() == nullptr || scene.needle || scene.probe || recorded;
+}
+
+/// Checks that refined runs have something to refine and something to compare.
+void refuse_without_measure(const RunOptions& options, const LoadedScene& loaded) {
+  if (options.real_time) {
+    throw InputError("--refine with --real-time: refined runs do not keep to the clock; use one");
+  }
+  if (!has_measure(loaded)) {
     throw InputError(options.scene.string() +
                      ": --refine compares the force on a tool or the positions of records, and "
                      "the scene has neither; add a [[record]]");
@@ -453,18 +461,25 @@ std::vector<std::string> doubts(const Trace& trace) {
           ": use a finer spacing, a wider tool, a smaller force, or poissons_ratio above 0.25"};
 }
 
-/// Largest force and pressure on the tool, and its deepest place.
-void add_peaks(const Trace& trace, Json& json) {
+/// Largest values of a run with a tool.
+struct Peaks {
+  double force = 0.0;                ///< [N]
+  double force_depth = 0.0;          ///< insertion at the largest force [m]
+  double deepest = 0.0;              ///< [m]
+  std::optional<double> pressure{};  ///< [Pa], with a syringe
+};
+
+std::optional<Peaks> peaks_of(const Trace& trace) {
   const Column* force = trace.find("tool.force_n");
-  if (force == nullptr || force->values.empty()) { return; }
+  if (force == nullptr || force->values.empty()) { return {}; }
   const auto peak = std::ranges::max_element(force->values);
   const auto row = static_cast<std::size_t>(peak - force->values.begin());
   const std::vector<double>& place = trace.values("tool.insertion_m");
-  add_keys(json, "peak_force_n", *peak, "peak_force_depth_m", place[row]);
+  Peaks peaks{.force = *peak, .force_depth = place[row], .deepest = std::ranges::max(place)};
   if (const Column* pressure = trace.find("syringe.pressure_pa")) {
-    json["peak_pressure_pa"] = std::ranges::max(pressure->values);
+    peaks.pressure = std::ranges::max(pressure->values);
   }
-  json["deepest_m"] = std::ranges::max(place);
+  return peaks;
 }
 
 std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
@@ -480,10 +495,19 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
   }
   add_keys(json, "smallest_jacobian", trace.smallest_jacobian, "smallest_jacobian_at_s",
            trace.smallest_jacobian_at);
-  add_peaks(trace, json);
+  if (const std::optional<Peaks> peaks = peaks_of(trace)) {
+    add_keys(json, "peak_force_n", peaks->force, "peak_force_depth_m", peaks->force_depth);
+    if (peaks->pressure) { json["peak_pressure_pa"] = *peaks->pressure; }
+    json["deepest_m"] = peaks->deepest;
+  }
   Json estimate = Json::object();
   for (const ErrorSource& source : sources) { add_keys(estimate, source.of.c_str(), source.share); }
   json["error_estimate"] = estimate;
+  if (!run.subject) {
+    json["trust"] = list_of(trust_facts(sources, plan), [](const Fact& fact) {
+      return object("of", fact.label, "value", fact.value, "why", fact.explanation);
+    });
+  }
   if (refined) { json["refinement"] = list_of(sources, json_of); }
   if (run.subject) {
     json["subject"] = object("name", run.subject->name, "version", run.subject->version, "licence",
@@ -510,6 +534,7 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
            object("initial_j", trace.energy.initial, "final_j", trace.energy.final, "max_j",
                   trace.energy.maximum));
   if (run.falcon) { json["device"] = device_json(*run.falcon); }
+  json["late_ticks"] = run.real_time ? Json(run.real_time->missed) : Json(nullptr);
   if (run.real_time) {
     const device::DeadlineFacts& facts = *run.real_time;
     json["real_time"] = object("ticks", facts.ticks, "missed", facts.missed, "worst_wake_s",
@@ -561,12 +586,22 @@ Fact tick_cost(const FinishedRun& run) {
               "; the slowest took " + quantity(1e3 * run.trace.slowest_tick, "ms")};
 }
 
+std::string rate_text(double rate) {
+  return rate < 1e3 ? plain(rate, "Hz") : plain(1e-3 * rate, "kHz");
+}
+
+/// Verdict on a run with the wall clock.
+std::string punctuality_verdict(const FinishedRun& run) {
+  return rate_text(run.rate) + (run.late() ? " is not held" : " is held");
+}
+
 /// Number and largest lateness of ticks that are late relative to the wall clock.
-Fact punctuality(const device::DeadlineFacts& facts) {
+Fact punctuality(const FinishedRun& run) {
+  const device::DeadlineFacts& facts = *run.real_time;
   return {"ticks too late", std::to_string(facts.missed),
-          "of " + std::to_string(facts.ticks) + ", by a period or more; latest by " +
-              quantity(1e3 * facts.worst_lateness, "ms") + ", after a sleep by " +
-              quantity(1e3 * facts.worst_wake, "ms")};
+          punctuality_verdict(run) + ": of " + std::to_string(facts.ticks) +
+              ", by a period or more; latest by " + quantity(1e3 * facts.worst_lateness, "ms") +
+              ", after a sleep by " + quantity(1e3 * facts.worst_wake, "ms")};
 }
 
 void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const FinishedRun& run) {
@@ -607,7 +642,7 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
   const Trace& trace = run.trace;
   const StepPlan& plan = loaded.simulation().plan();
   RunReport report{.title = scene.title.empty() ? "Palpate run" : scene.title,
-                   .held = !trace.diverged && trace.inverted_cells == 0,
+                   .held = !trace.diverged && trace.inverted_cells == 0 && !run.late(),
                    .facts = tool_facts(trace),
                    .tool_figures = falcon_figures(trace),
                    .skipped = run.subject ? std::vector<std::string>{} : plan.skipped,
@@ -625,12 +660,13 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
     report.verdict += ", but not reliable";
     report.detail = reasons.front() + ".";
   }
+  if (run.real_time && !trace.diverged) { report.verdict += "; " + punctuality_verdict(run); }
   if (run.falcon) {
     append(report.facts, falcon_fact_list(*run.falcon));
     report.tool_figures.push_back(force_reach_figure(*run.falcon));
   }
   if (!report.facts.empty()) { report.facts.push_back(tick_cost(run)); }
-  if (run.real_time) { report.facts.push_back(punctuality(*run.real_time)); }
+  if (run.real_time) { report.facts.push_back(punctuality(run)); }
   append(report.facts, scene_facts(loaded));
   append(report.facts, patient_facts(scene));
   run.subject ? add_subject_facts(report.facts, *run.subject, run.control)
@@ -650,9 +686,87 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
   return report;
 }
 
-void tell(const FinishedRun& run, const std::filesystem::path& folder) {
+void print_line(const char* label, const std::string& text) {
+  std::printf("  %-14s %s\n", label, text.c_str());
+}
+
+/// One line for each result that a reader looks for first.
+void print_findings(const FinishedRun& run, const std::vector<ErrorSource>& sources,
+                    const StepPlan& plan) {
+  const Trace& trace = run.trace;
+  if (const std::optional<Peaks> peaks = peaks_of(trace)) {
+    print_line("peak force",
+               plain(peaks->force, "N") +
+                   (peaks->force > 0.0 ? " at " + plain(mm * peaks->force_depth, "mm") : ""));
+    print_line("depth", plain(mm * peaks->deepest, "mm"));
+    if (peaks->pressure) {
+      print_line("peak pressure", plain(*peaks->pressure / pascals_per_mmhg, "mmHg"));
+    }
+  }
+  constexpr std::size_t most_events = 8;
+  for (std::size_t n = 0; n < std::min(trace.events.size(), most_events); ++n) {
+    const Event& event = trace.events[n];
+    print_line(n == 0 ? "events" : "", plain(event.time, "s") + "  " + event.kind +
+                                           (event.detail.empty() ? "" : ", " + event.detail));
+  }
+  if (trace.events.size() > most_events) {
+    print_line("", std::to_string(trace.events.size() - most_events) + " more in summary.json");
+  }
+  const double period = trace.h * trace.substeps;
+  print_line("worst tick",
+             plain(1e3 * trace.slowest_tick, "ms") + " of its " + plain(1e3 * period, "ms") + " (" +
+                 std::to_string(std::lround(100.0 * trace.slowest_tick / period)) + " %)");
+  if (run.subject) { return; }
+  std::string trust;
+  for (const Fact& fact : trust_facts(sources, plan)) {
+    trust += (trust.empty() ? "" : "; ") + fact.label + " " + fact.value;
+  }
+  print_line("trust", "error by " + trust);
+}
+
+/// The command that a reader may want next.
+std::string next_step(const RunOptions& options, const LoadedScene& loaded, const FinishedRun& run,
+                      const std::vector<ErrorSource>& sources, const std::filesystem::path& page) {
+  const std::string scene = in_shell_quotes(options.scene.string());
+  if (run.trace.diverged) {
+    return "palpate inspect " + scene + " (its stable_step_s; an implicit integrator has no limit)";
+  }
+  if (run.late()) { return "palpate certify " + scene + " (is it this machine, or the scene?)"; }
+  const bool open_question = std::ranges::any_of(
+      sources, [](const ErrorSource& source) { return !source.share && source.obstacle.empty(); });
+  const bool measurable =
+      open_question && has_measure(loaded) && !run.subject && !options.real_time && !options.refine;
+  return "open " + page.string() +
+         (measurable ? ", or measure the error: " + options.command + " --refine" : "");
+}
+
+/// What --verbose adds: the scene, how it was stepped, what that cost, and reasons of the trust.
+void print_details(const LoadedScene& loaded, const FinishedRun& run,
+                   const std::vector<ErrorSource>& sources) {
+  std::vector<Fact> facts = scene_facts(loaded);
+  if (run.subject) {
+    add_subject_facts(facts, *run.subject, run.control);
+  } else {
+    add_step_facts(facts, loaded.simulation().plan());
+    append(facts, trust_facts(sources, loaded.simulation().plan()));
+  }
+  add_cost_facts(facts, loaded, run);
+  for (const Fact& fact : facts) {
+    std::string text = fact.label + ": " + fact.value +
+                       (fact.explanation.empty() ? "" : " (" + fact.explanation + ")");
+    constexpr std::string_view no_break = "\u00a0";
+    for (auto at = text.find(no_break); at != text.npos; at = text.find(no_break)) {
+      text.replace(at, no_break.size(), " ");
+    }
+    std::printf("  %s\n", text.c_str());
+  }
+}
+
+void tell(const RunOptions& options, const LoadedScene& loaded, const FinishedRun& run,
+          const std::vector<ErrorSource>& sources, const std::filesystem::path& folder) {
+  const std::filesystem::path page = folder / "report.html";
   for (const std::string& warning : run.warnings) {
-    std::fprintf(stderr, "palpate: warning: %s\n", warning.c_str());
+    if (!options.quiet) { std::fprintf(stderr, "palpate: warning: %s\n", warning.c_str()); }
   }
   if (run.trace.diverged) {
     std::fprintf(stderr, "palpate: diverged at t = %.6g s; the trace is kept up to there\n",
@@ -661,13 +775,20 @@ void tell(const FinishedRun& run, const std::filesystem::path& folder) {
   for (const std::string& reason : doubts(run.trace)) {
     std::fprintf(stderr, "palpate: unreliable: %s\n", reason.c_str());
   }
-  std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n", status_of(run.trace),
-              run.trace.ticks, run.trace.substeps, run.trace.method.c_str(), run.trace.seconds,
-              (folder / "report.html").string().c_str());
+  const std::string status = status_of(run.trace);
+  const std::string word = run.late() && status == "ok" ? "late" : status;
+  std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n",
+              in_colour(word, word == "ok" ? Status::pass : Status::fail).c_str(), run.trace.ticks,
+              run.trace.substeps, run.trace.method.c_str(), run.trace.seconds, page.c_str());
+  if (options.quiet) { return; }
   if (run.real_time) {
-    std::printf("real time: %ld of %ld ticks a period late or more, the latest by %.3g ms\n",
-                run.real_time->missed, run.real_time->ticks, 1e3 * run.real_time->worst_lateness);
+    std::printf("real time: %ld of %ld ticks a period late or more, the latest by %.3g ms; %s\n",
+                run.real_time->missed, run.real_time->ticks, 1e3 * run.real_time->worst_lateness,
+                punctuality_verdict(run).c_str());
   }
+  print_findings(run, sources, loaded.simulation().plan());
+  if (options.verbose) { print_details(loaded, run, sources); }
+  print_line("next", next_step(options, loaded, run, sources, page));
 }
 
 /// Checks that --script and --packets are used only with a link between driver and device.
@@ -772,6 +893,7 @@ int run_scene(const RunOptions& options) {
     if (foreign->node_positions().cols() == 0) { samples = {.energy_range = samples.energy_range}; }
   }
   result.trace = roll_out(foreign != nullptr ? *foreign : loaded.subject, scene, samples, control);
+  result.rate = rate;
   if (clock) { result.real_time = clock->facts(); }
   const auto provenance = scene_provenance(loaded);
   io::write_trace_csv(folder / "trace.csv", result.trace);
@@ -798,14 +920,15 @@ int run_scene(const RunOptions& options) {
         to_html(report_of(options, loaded, result, palpation, sources, provenance), result.trace));
   };
   write(false);
-  if (!options.quiet) { tell(result, folder); }
-  if (result.trace.interrupted) { return interrupted_code; }
-  if (options.refine && !result.trace.diverged) {
-    const bool finished = refine(options, loaded, result.trace, control, sources);
+  bool finished = !result.trace.interrupted;
+  if (options.refine && finished && !result.trace.diverged) {
+    finished = refine(options, loaded, result.trace, control, sources);
     write(true);
-    if (!finished) { return interrupted_code; }
   }
-  return result.trace.diverged || result.trace.inverted_cells > 0 ? fell_short : done;
+  tell(options, loaded, result, sources, folder);
+  if (!finished) { return interrupted_code; }
+  const bool held = !result.trace.diverged && result.trace.inverted_cells == 0 && !result.late();
+  return held ? done : fell_short;
 }
 
 }  // namespace
@@ -813,6 +936,8 @@ int run_scene(const RunOptions& options) {
 void add_run(Program& program) {
   const auto [command, options] = add_command(program, "run", "simulate one scene", run_scene);
   add_scene(command, options, options.scene);
+  add_verbose(command, options, "print also how the scene was stepped, and why the error is so");
+  add_json(command, options, "summary.json");
   command.add_flag("--no-skip", options.no_skip,
                    "compute what the scene does not need; same result");
   command.add_flag("--refine", options.refine,
@@ -821,7 +946,7 @@ void add_run(Program& program) {
   command.add_flag("--no-view", options.no_view,
                    "no 3-D view in report.html, and no data recorded for it");
   command.add_flag("--real-time", options.real_time,
-                   "run every tick at its time on the wall clock");
+                   "run every tick at its time on the wall clock; exit code 1 if one is late");
   add_value(command, "--script", options.script, "FILE",
             "faults on the Falcon's line, by time (TOML, docs/falcon.md)");
   command.add_flag("--packets", options.packets,

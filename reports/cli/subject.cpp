@@ -60,7 +60,7 @@ SubjectChoice confined(const SubjectChoice& choice, const CommonOptions& options
   if (!choice.foreign()) { return result; }
   result.limits.hidden = more;
   result.limits.hidden.push_back(default_cache_folder());
-  result.limits.hidden.push_back(options.folder());
+  result.limits.hidden.push_back(options.output_folder());
   return result;
 }
 
@@ -96,10 +96,8 @@ int run_export(const ExportOptions& options) {
                                   .needs = needs,
                                   .abi = PALPATE_SUBJECT_ABI,
                                   .file = &file});
-  if (!options.quiet) {
-    std::printf("%s: %td nodes, %zu springs; needs %s\n", folder.c_str(), network.node_count(),
-                network.springs.size(), needs.empty() ? "what only the model has" : needs.c_str());
-  }
+  std::printf("%s: %td nodes, %zu springs; needs %s\n", folder.c_str(), network.node_count(),
+              network.springs.size(), needs.empty() ? "what only the model has" : needs.c_str());
   return done;
 }
 
@@ -136,27 +134,22 @@ struct NewOptions : CommonOptions {
 };
 
 int run_new(const NewOptions& options) {
-  const auto found = std::ranges::find(skeletons(), options.language, &Skeleton::language);
-  if (found == skeletons().end()) {
-    throw InputError("--language " + io::shown(options.language) +
-                     ": unknown; c, python or javascript");
-  }
-  const fs::path& folder = options.folder;
-  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder))) {
-    throw InputError(folder.string() +
-                     ": exists and is not an empty folder; a new folder is needed");
-  }
-  std::error_code problem;
-  fs::create_directories(folder, problem);
-  if (problem) { throw InputError(folder.string() + ": " + problem.message()); }
-  for (const SkeletonFile& file : found->files) { io::replace_file(folder / file.name, file.text); }
-  if (!options.quiet) {
-    std::printf("cd %s && %s\n", folder.c_str(), std::string(found->next).c_str());
-  }
+  const std::string next = write_subject_skeleton(options.language, options.folder);
+  std::printf("%s\n", next.c_str());
   return done;
 }
 
 }  // namespace
+
+std::string write_subject_skeleton(const std::string& language, const fs::path& folder) {
+  const auto found = std::ranges::find(skeletons(), language, &Skeleton::language);
+  if (found == skeletons().end()) {
+    throw InputError("--language " + io::shown(language) + ": unknown; c, python or javascript");
+  }
+  make_empty_folder(folder);
+  for (const SkeletonFile& file : found->files) { io::replace_file(folder / file.name, file.text); }
+  return "cd " + in_shell_quotes(folder.string()) + " && " + std::string(found->next);
+}
 
 void add_export(Program& program) {
   const auto [command, options] =

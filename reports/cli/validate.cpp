@@ -331,18 +331,25 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
 }
 
 /// Prints a finished case. A reason that the case before has is not repeated.
-void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) {
+void tell_case(const ValidateOptions& options, const Outcome& outcome, std::size_t finished,
+               std::size_t total) {
   static std::string last;
   const std::string reason = outcome.reason();
   const bool same = !reason.empty() && reason == last;
   last = reason;
-  std::printf("%3zu/%zu %-5s %7.2f s  %s%s%s\n", finished, total,
-              std::string(name_of(outcome.status)).c_str(), outcome.seconds, outcome.name.c_str(),
+  std::string status(name_of(outcome.status));
+  status.resize(5, ' ');
+  std::printf("%3zu/%zu %s %7.2f s  %s%s%s\n", finished, total,
+              in_colour(status, outcome.status).c_str(), outcome.seconds, outcome.name.c_str(),
               reason.empty() ? "" : ": ", same ? "the same" : reason.c_str());
   for (const Quantity& q : outcome.quantities) {
-    if (!q.judged() || q.holds()) { continue; }
-    std::printf("            %s = %.6g %s; allowed %.6g to %.6g (%s)\n", q.name.c_str(), q.value,
-                q.unit.c_str(), q.lower, q.upper, q.bound_from.c_str());
+    if (!options.verbose && (!q.judged() || q.holds())) { continue; }
+    std::printf("            %s = %.6g%s", q.name.c_str(), q.value,
+                q.unit == "1" ? "" : (" " + q.unit).c_str());
+    if (q.judged()) {
+      std::printf("; allowed %.6g to %.6g (%s)", q.lower, q.upper, q.bound_from.c_str());
+    }
+    std::printf("\n");
   }
   if (outcome.status == Status::fail) {
     for (const std::string& note : outcome.notes) { std::printf("            %s\n", note.c_str()); }
@@ -384,8 +391,11 @@ std::vector<Outcome> in_order(const std::vector<Case>& cases, std::map<std::stri
 void tell_end(const std::vector<Outcome>& outcomes, std::size_t total,
               const std::filesystem::path& page) {
   const Tally sum = tally(outcomes);
-  std::printf("%d passed, %d failed, %d skipped of %zu cases; %s\n", sum.passed, sum.not_passed(),
-              sum.skipped, total, page.string().c_str());
+  const std::string text =
+      std::to_string(sum.passed) + " passed, " + std::to_string(sum.not_passed()) + " failed, " +
+      std::to_string(sum.skipped) + " skipped of " + std::to_string(total) + " cases";
+  std::printf("%s; %s\n", in_colour(text, sum.holds() ? Status::pass : Status::fail).c_str(),
+              page.string().c_str());
 }
 
 /// Prints the quantities that use less than a hundredth of their bound. Whole numbers are left out:
@@ -423,7 +433,7 @@ void look_at_all(const ValidateOptions& options, const Judging& what, Results& r
   if (!what.afterwards) { return; }
   results.outcomes.push_back(what.afterwards(results));
   if (!options.quiet) {
-    tell_case(results.outcomes.back(), results.outcomes.size(), results.outcomes.size());
+    tell_case(options, results.outcomes.back(), results.outcomes.size(), results.outcomes.size());
   }
 }
 
@@ -563,7 +573,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   const RunnerResult ran =
       run_cases(to_run, context, what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
-                  if (!options.quiet) { tell_case(outcome, finished, total); }
+                  if (!options.quiet) { tell_case(options, outcome, finished, total); }
                   if (!options.quiet && what.advises) { tell_advice(outcome); }
                   if (keeper) { keeper->keep(outcome); }
                 });
@@ -574,7 +584,9 @@ int judge(const ValidateOptions& options, const Judging& what) {
   if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
   if (!ran.interrupted) { look_at_all(options, what, results); }
   for (const Outcome* changed : apply_expected(expected, results.outcomes)) {
-    if (!options.quiet) { tell_case(*changed, results.outcomes.size(), results.outcomes.size()); }
+    if (!options.quiet) {
+      tell_case(options, *changed, results.outcomes.size(), results.outcomes.size());
+    }
   }
   if (options.subject.foreign()) {
     results.provenance.merge(subject_provenance(context.make_subject()->facts()));
@@ -583,7 +595,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   }
   write_results_folder(folder, results);
   if (options.slack) { tell_slack(results.outcomes); }
-  if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
+  tell_end(results.outcomes, cases.size(), folder / "report.html");
   if (ran.interrupted) {
     std::fflush(nullptr);
     std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
@@ -769,6 +781,11 @@ int run_bench(const BenchOptions& options) {
   return judge(options, judging);
 }
 
+void add_results_forms(CLI::App& command, CommonOptions& options) {
+  add_verbose(command, options, "print every quantity of every case");
+  add_json(command, options, "results.json");
+}
+
 struct ReportOptions : CommonOptions {
   std::vector<std::filesystem::path> results{};
 };
@@ -787,7 +804,7 @@ int run_report(const ReportOptions& options) {
   } else {
     io::replace_file(folder / "report.html", to_html(results));
   }
-  if (!options.quiet) { std::printf("%s\n", (folder / "report.html").string().c_str()); }
+  std::printf("%s\n", (folder / "report.html").string().c_str());
   return done;
 }
 
@@ -809,6 +826,7 @@ void add_validate(Program& program) {
             "rounding (docs/gate.md)");
   add_value(command, "--data", options.data, "DIR", "folder of data outside the project");
   add_subject_options(command, options.subject);
+  add_results_forms(command, options);
   add_value(command, "--expected", options.expected, "FILE",
             "known failures (TOML, docs/subjects.md); one that passes, is skipped or fails in "
             "another quantity fails the run");
@@ -822,6 +840,7 @@ void add_subject_check(Program& program, CLI::App& subject) {
       ->required();
   add_seed(command, options);
   add_subject_options(command, options.subject);
+  add_results_forms(command, options);
 }
 
 void add_bench(Program& program) {
@@ -831,6 +850,7 @@ void add_bench(Program& program) {
   add_value(command, "--history", options.history, "FILE",
             "append the results as a line of JSON, and test the recorded runs for slow drift");
   add_subject_options(command, options.subject);
+  add_results_forms(command, options);
   CLI::Option* ticks = add_value(command, "--ticks", options.ticks, "SCENE",
                                  "time every tick of this scene, and judge what its tolerance and "
                                  "reduced-order model change; repeatable");

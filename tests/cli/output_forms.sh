@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# output_forms.sh PROGRAM FIXTURES SCRATCH: -o, -q, -v and --json mean the same for all commands; colour on a terminal.
+set -euo pipefail
+palpate=$1
+scenes=$2/scenes
+out=$3
+fail() { echo "$*" >&2; exit 1; }
+rm -rf "$out"
+mkdir -p "$out"
+one_line() { [ "$(wc -l <"$out/said")" -eq 1 ] || fail "$1 -q prints:"$'\n'"$(cat "$out/said")"; }
+
+case=oscillator/order/leapfrog
+"$palpate" validate "$case" --cache "$out/cache" -q -o "$out/quiet" >"$out/said"
+one_line validate
+grep -q '^1 passed, 0 failed' "$out/said" || fail "$(cat "$out/said")"
+"$palpate" validate "$case" --cache "$out/cache" --no-skip -v -o "$out/verbose" >"$out/said"
+grep -Eq '^ +[a-z_]+.* = .*; allowed ' "$out/said" || fail "-v has no quantity that passes"
+"$palpate" validate "$case" --cache "$out/cache" --json -o "$out/json" >"$out/said" 2>/dev/null
+cmp "$out/said" "$out/json/results.json" || fail "validate --json is not results.json"
+status=0
+"$palpate" validate --list --json -o "$out/list" >"$out/said" 2>"$out/error" || status=$?
+[ "$status" -eq 2 ] && grep -q 'results.json is not written with these options' "$out/error" || fail "--list --json: $(cat "$out/error")"
+
+"$palpate" approve "$out/quiet" --baseline "$out/new/folder/b.json" --reason first -q >"$out/said"
+one_line approve
+"$palpate" gate "$out/json" --baseline "$out/new/folder/b.json" -q -o "$out/gate" >"$out/said"
+one_line gate
+"$palpate" gate "$out/json" --baseline "$out/new/folder/b.json" --json -o "$out/gate" >"$out/said" 2>/dev/null
+cmp "$out/said" "$out/gate/gate.json" || fail "gate --json is not gate.json"
+"$palpate" export "$scenes/network-example/scene.toml" -q -o "$out/export" >"$out/said"
+one_line export
+
+# Colour: on a terminal, and neither with NO_COLOR nor in a pipe.
+on_a_terminal() {
+  python3 -c 'import pty, sys; sys.exit(pty.spawn(sys.argv[1:]) >> 8)' "$palpate" run "$scenes/oscillator.toml" -q -o "$out/colour" >"$out/said"
+}
+escape=$'\033['
+TERM=xterm NO_COLOR='' on_a_terminal
+grep -qF "${escape}32mok" "$out/said" || fail "no colour on a terminal"
+TERM=xterm NO_COLOR=1 on_a_terminal
+grep -qF "$escape" "$out/said" && fail "colour with NO_COLOR"
+TERM=xterm "$palpate" run "$scenes/oscillator.toml" -q -o "$out/colour" >"$out/said"
+grep -qF "$escape" "$out/said" && fail "colour in a pipe"
+exit 0

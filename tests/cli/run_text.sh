@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# run_text.sh PROGRAM FIXTURES SCRATCH: what `palpate run` prints, and in which of its forms.
+set -euo pipefail
+palpate=$1
+scenes=$2/scenes
+needle=$2/init/needle.toml
+out=$3
+fail() { echo "$*" >&2; exit 1; }
+has() { grep -Eq -- "$1" "$out/said" || fail "no line matches '$1':"$'\n'"$(cat "$out/said")"; }
+of_summary() { python3 -c 'import json, sys; print(eval("d" + sys.argv[2], {"d": json.load(open(sys.argv[1]))}))' "$1/summary.json" "$2"; }
+rm -rf "$out"
+mkdir -p "$out"
+
+# The skin is cut half a second after the needle starts.
+short=(--set simulation.duration=0.6)
+"$palpate" run "$needle" "${short[@]}" -o "$out/text" >"$out/said"
+head -n 1 "$out/said" | grep -q '^ok: 600 ticks' || fail "$(head -n 1 "$out/said")"
+has '^  peak force +[0-9.]+ N at [0-9.]+ mm$'
+has '^  depth +3 mm$'  # 0.6 s at 5 mm/s
+has '^  peak pressure +[0-9.]+ mmHg$'
+has '^  events +0 s  contact, skin$'
+has '^ +0\.[0-9]+ s  puncture, skin$'
+has '^  worst tick +[0-9.]+ ms of its 1 ms \([0-9]+ %\)$'
+has '^  trust +error by spacing not estimated; step not estimated; reduced-order model [0-9.]+ %; solver '
+tail -n 1 "$out/said" | grep -q "^  next  *open .*report.html, or measure the error: palpate run .* --refine$" || fail "no next step"
+force=$(sed -n 's/^  peak force *\([0-9.]*\) N.*/\1/p' "$out/said")
+python3 -c 'import sys; sys.exit(abs(float(sys.argv[1]) - float(sys.argv[2])) > 1e-3 * float(sys.argv[2]))' \
+  "$force" "$(of_summary "$out/text" '["peak_force_n"]')" || fail "the peak force is not that of summary.json"  # four digits
+[ "$(of_summary "$out/text" '["trust"][2]["of"]')" = "reduced-order model" ] || fail "no trust in summary.json"
+[ "$(of_summary "$out/text" '["late_ticks"]')" = None ] || fail "late ticks without a clock"
+
+# One line, with warnings or without; more lines; and JSON alone.
+"$palpate" run "$needle" "${short[@]}" -q -o "$out/quiet" >"$out/said" 2>"$out/error"
+[ "$(wc -l <"$out/said")" -eq 1 ] && [ ! -s "$out/error" ] || fail "-q prints $(cat "$out/said" "$out/error")"
+has '^ok: '
+"$palpate" run "$needle" "${short[@]}" -v -o "$out/verbose" >"$out/said"
+has '^  substeps a tick: 3 '
+has '^  solver: '
+"$palpate" run "$needle" "${short[@]}" --json -o "$out/json" >"$out/said" 2>"$out/error"
+cmp "$out/said" "$out/json/summary.json" || fail "--json is not summary.json"
+
+# An error is no result, and neither is that of an earlier run.
+status=0
+"$palpate" run "$needle" --json --set simulation.step=-1.0 -o "$out/json" >"$out/said" 2>/dev/null || status=$?
+[ "$status" -eq 2 ] && [ ! -s "$out/said" ] || fail "exit $status, and $(cat "$out/said")"
+
+# The exit code of a run with the wall clock is that of its late ticks, whatever the machine does.
+status=0
+"$palpate" run "$scenes/falcon-soft.toml" --real-time --packets --set simulation.duration=0.2 -o "$out/paced" >"$out/said" || status=$?
+has '^real time: [0-9]+ of 200 ticks .*; 1 kHz is (not )?held$'
+[ -s "$out/paced/packets.csv" ] || fail "no packets"
+late=$(of_summary "$out/paced" '["late_ticks"]')
+[ "$status" -eq "$((late > 0))" ] || fail "exit $status with $late late ticks"
+# No processor steps a thousand nodes in a microsecond: 1 MHz.
+status=0
+"$palpate" run "$scenes/cube.toml" --real-time --set simulation.step=1e-6 --set simulation.duration=1e-4 -o "$out/late" >"$out/said" || status=$?
+[ "$status" -eq 1 ] || fail "a late run exits $status"
+has '^late: '
+has '1000 kHz is not held$'
