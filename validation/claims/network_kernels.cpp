@@ -370,6 +370,52 @@ void measure_threads(const CaseContext& context, Outcome& outcome) {
                         "each force is the sum of the same terms in the same order: the same bits");
 }
 
+/// Sleeping nodes withhold at most the force that the scene allows.
+void measure_sleep(const CaseContext& context, Outcome& outcome) {
+  constexpr double allowed = 1e-3;  // [N]
+  Scene scene = s26_scene(10);
+  scene.simulation.duration = 0.03;
+  scene.simulation.sleep_force = allowed;
+  const SpringNetwork network = build_network(scene);
+  const Trace trace = roll_out(context, scene, {.position = true, .velocity = true});
+  const NetworkProblem problem = problem_of(scene, network);
+  const Eigen::VectorXd start = problem.initial_position();
+  Eigen::VectorXd f(problem.dof());
+  Largest withheld;
+  for (Eigen::Index n = 0; n + 1 < trace.position.cols(); ++n) {
+    problem.force(trace.time[static_cast<std::size_t>(n)], 1.0, trace.position.col(n),
+                  trace.velocity.col(n), f);
+    double sum = 0.0;
+    for (Eigen::Index k = 0; k < f.size(); k += 3) {
+      const bool sleeps = trace.position.col(n + 1).segment<3>(k) == start.segment<3>(k);
+      if (sleeps) { sum += f.segment<3>(k).norm(); }
+    }
+    withheld.add(sum);
+  }
+  outcome.judge_between("withheld_force_over_allowed", withheld.value() / allowed, 0.05, 1.0,
+                        "simulation.sleep_force limits the sum of the forces on nodes that do not "
+                        "move in the next step; and some sleep");
+}
+
+/// At rest the reduced-order far field answers a small load as the whole block does.
+void measure_far_field(const CaseContext& context, Outcome& outcome) {
+  Scene scene = s26_scene(9);
+  scene.loads.front().force *= 1e-3;
+  // Steps that are long against the periods of the block: each reduces the motion to a hundredth.
+  scene.simulation.step = 1.0;
+  scene.simulation.duration = 20.0;
+  scene.simulation.integrator = "implicit-euler";
+  const auto deflection = [&](double near_radius) {
+    scene.simulation.near_radius = near_radius;
+    const Trace trace = roll_out(context, scene, SampleOptions{});
+    return trace.values("tip.z_m").back() - trace.values("tip.z_m").front();
+  };
+  outcome.judge_near("deflection_with_a_far_field_over_whole", deflection(0.012) / deflection(0.0),
+                     1.0, 1e-4,
+                     "theory: the answer at rest to each load is one of its modes; strains of 1e-4 "
+                     "turn springs by as much");
+}
+
 /// The recorded force on a node is its mass times its acceleration.
 void measure_recorded_force(const CaseContext& context, Outcome& outcome) {
   constexpr double h = 1e-5;
@@ -540,6 +586,10 @@ std::vector<Case> kernel_cases() {
        "Skipping what a scene does not need changes no bit of its motion.", measure_skip, 0.5},
       {"network/threads", "accuracy",
        "Threads that share a block out compute the bits of one thread.", measure_threads, 0.2},
+      {"network/sleep", "accuracy", "Nodes that sleep withhold no more force than is allowed.",
+       measure_sleep, 0.2},
+      {"network/far-field", "accuracy",
+       "A reduced-order far field rests where the whole block does.", measure_far_field, 0.5},
       {"network/recorded-force", "accuracy",
        "The recorded force on a node is its mass times its acceleration.", measure_recorded_force,
        0.1},

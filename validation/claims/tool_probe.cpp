@@ -34,26 +34,6 @@ Scene palpated_scene() {
   return scene;
 }
 
-void measure_probe(const CaseContext& context, Outcome& outcome) {
-  Scene scene = palpated_scene();
-  scene.simulation = {.duration = 1.0, .step = 1e-3};
-  const auto [run, tool] = insert(context, scene);
-  Largest cutting;
-  Largest friction;
-  for (const ToolReport& t : tool) {
-    cutting.add(std::abs(t.forces.cutting));
-    friction.add(std::abs(t.forces.friction));
-  }
-  const std::string law = "law: a probe only presses";
-  outcome.judge_at_most("cutting", cutting.value(), 0.0, law, "N");
-  outcome.judge_at_most("friction", friction.value(), 0.0, law, "N");
-  const NeedlePath path(scene, build_network(scene));
-  double sum = 0.0;
-  for (const auto& s : path.supports(path.knots().front())) { sum += s.weight; }
-  outcome.judge_near("sum_of_the_shares", sum, 1.0, 1e-14,
-                     "the footprint shares out the whole force");
-}
-
 void measure_map(const CaseContext& context, Outcome& outcome) {
   Scene scene = palpated_scene();
   const NetworkProblem problem(build_network(scene));
@@ -142,6 +122,38 @@ Scene disc_on_gel(const Gel& gel, double spacing) {
   scene.materials[0].retardation_time = 1e-3;
   scene.probe = Probe{.size = {2.0 * disc, 2.0 * disc}};
   return scene;
+}
+
+void measure_probe(const CaseContext& context, Outcome& outcome) {
+  Scene scene = palpated_scene();
+  scene.simulation = {.duration = 1.0, .step = 1e-3};
+  const auto [run, tool] = insert(context, scene);
+  Largest cutting;
+  Largest friction;
+  for (const ToolReport& t : tool) {
+    cutting.add(std::abs(t.forces.cutting));
+    friction.add(std::abs(t.forces.friction));
+  }
+  const std::string law = "law: a probe only presses";
+  outcome.judge_at_most("cutting", cutting.value(), 0.0, law, "N");
+  outcome.judge_at_most("friction", friction.value(), 0.0, law, "N");
+  const NeedlePath path(scene, build_network(scene));
+  double sum = 0.0;
+  for (const auto& s : path.supports(path.knots().front())) { sum += s.weight; }
+  outcome.judge_near("sum_of_the_shares", sum, 1.0, 1e-14,
+                     "the footprint shares out the whole force");
+  // A face twice as long as wide, along x and along y of a square block.
+  Scene gel = disc_on_gel({}, 0.006);
+  constexpr double depth = 1e-4;
+  gel.drive = Drive{.speed = depth / 0.1, .depth = depth, .hold = 1.0};
+  gel.simulation = {.duration = 0.4, .step = 0.1, .integrator = "implicit-euler"};
+  const auto force = [&](double along_x, double along_y) {
+    gel.probe = Probe{.shape = Probe::Shape::ultrasound, .size = {along_x, along_y}};
+    return insert(context, gel).tool.back().forces.total;
+  };
+  outcome.judge_near("force_of_a_turned_face_over_unturned",
+                     force(0.024, 0.012) / force(0.012, 0.024), 1.0, 1e-6,
+                     "symmetry: a square block does not know x from y; the solver's tolerance");
 }
 
 /// Force over insertion of a disc that rests on gel at a thousandth of its radius.
