@@ -429,13 +429,14 @@ int run_insertions(const CalibrateOptions& options) {
   files.emplace_back("calibration.json", to_json(report));
   files.emplace_back("report.html", to_html(report));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   for (const auto& [name, text] : files) { io::replace_file(folder / name, text); }
   if (!options.quiet) { tell(report, folder); }
   return report.result.outcome().status == Status::pass ? done : fell_short;
 }
 
 int run_calibrate(const CalibrateOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   if (!options.conditions.empty() || !options.predictions.empty()) {
     return run_insertions(options);
   }
@@ -480,6 +481,7 @@ int run_calibrate(const CalibrateOptions& options) {
   const std::string fitted =
       io::rewrite_scene(loaded.file, changes(scene, report.result.fitted), comment_of(report));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::replace_file(folder / "fitted.toml", fitted);
   io::replace_file(folder / "calibration.json", to_json(report));
   io::replace_file(folder / "report.html", page);

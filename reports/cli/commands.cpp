@@ -12,6 +12,7 @@
 #include <ctime>
 #include <fcntl.h>
 #include <fstream>
+#include <semaphore.h>
 #include <sys/file.h>
 #include <system_error>
 #include <thread>
@@ -20,6 +21,7 @@
 #include "palpate_version.hpp"
 
 #include "fixtures/io/child_read.hpp"
+#include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/stepping/integrator.hpp"
 
@@ -71,15 +73,37 @@ fs::path CommonOptions::make_folder() const {
 
 std::atomic<bool> interrupted{false};
 
+namespace {
+
+std::atomic<int> grace_ms{0};
+sem_t signalled;
+
+/// Runs on a thread of its own, so that also libraries and loops without a check are ended.
+void end_after_signal() {
+  while (sem_wait(&signalled) != 0) {}
+  std::this_thread::sleep_for(std::chrono::milliseconds(grace_ms.load()));
+  io::end_process(interrupted_code);
+}
+
+void note_signal(int) {
+  if (interrupted.exchange(true)) { _exit(interrupted_code); }  // for a write that never ends
+  sem_post(&signalled);
+}
+
+}  // namespace
+
 void catch_interrupts() {
   static_assert(std::atomic<bool>::is_always_lock_free);
-  const auto note = [](int signal) {
-    interrupted.store(true);
-    std::signal(signal, SIG_DFL);  // a second signal ends the program at once
-  };
+  sem_init(&signalled, 0, 0);
+  std::thread(end_after_signal).detach();
   io::end_reads_on(&interrupted);
-  std::signal(SIGINT, note);
-  std::signal(SIGTERM, note);
+  std::signal(SIGINT, note_signal);
+  std::signal(SIGTERM, note_signal);
+}
+
+void keep_results_of_interrupted() {
+  constexpr int most_ms = 700;  // of the second that a user waits; the rest is for writing
+  grace_ms.store(most_ms);
 }
 
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file) {

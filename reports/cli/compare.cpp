@@ -194,7 +194,6 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
 }
 
 int run_compare(const CompareOptions& options) {
-  catch_interrupts();
   if (options.scene.empty() == options.trace.empty()) {
     throw InputError("compare: exactly one of --scene and --trace is needed");
   }
@@ -225,6 +224,7 @@ int run_compare(const CompareOptions& options) {
     report.provenance = build_provenance();
   }
   const std::filesystem::path folder = options.make_folder();
+  keep_results_of_interrupted();
   if (scene && !simulate(*scene, foreign != nullptr ? *foreign : scene->subject, rest,
                          options.quiet, report)) {
     return interrupted_code;
@@ -244,6 +244,7 @@ int run_compare(const CompareOptions& options) {
   // All contents are created before the first file is written.
   const std::string json = to_json(report);
   const std::string page = to_html(report);
+  const io::WholeWrite whole;
   if (report.simulation.origin == ComparedSimulation::Origin::scene) {
     io::write_trace_hdf5(folder / "trace.h5", report.simulation.trace, {}, report.provenance);
   }

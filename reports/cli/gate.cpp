@@ -109,6 +109,7 @@ int run_gate(const GateOptions& options) {
                     .baseline = baseline};
   report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::replace_file(folder / "gate.json", to_json(report));
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
@@ -213,7 +214,7 @@ void lock_baseline(const std::filesystem::path& baseline) {
 }
 
 int run_approve(const ApproveOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
     throw InputError("--reason: is empty; the reason of the change is recorded in the ledger");
   }

@@ -131,6 +131,7 @@ int import_all(const ImportOptions& options, const std::optional<RecordingPreset
   }
   if (!problems.empty()) { throw InputError(problems); }
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   for (std::size_t n = 0; n < recordings.size(); ++n) {
     const std::filesystem::path file = folder / (options.files[n].stem().string() + ".h5");
     io::write_recording_hdf5(file, recordings[n].recording);
@@ -148,6 +149,7 @@ int run_import(const ImportOptions& options) {
   if (options.files.size() > 1) { return import_all(options, preset); }
   const InputRecording read = read_one(options, options.files.front(), preset);
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::write_recording_hdf5(folder / "recording.h5", read.recording);
   io::write_recording_csv(folder / "recording.csv", read.recording);
   if (options.quiet) { return done; }
@@ -164,6 +166,7 @@ int run_reconstruct(const ReconstructOptions& options) {
   const std::vector<Recording> recordings =
       reconstructed_recordings(io::read_published_values(options.table));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   for (const Recording& recording : recordings) {
     io::write_recording_hdf5(folder / (recording.name + ".h5"), recording);
   }

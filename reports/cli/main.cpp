@@ -58,6 +58,7 @@ int run(Program& program, int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  catch_interrupts();
   Program program;
   CLI::App& app = program.app;
   app.set_version_flag("--version", version_text());

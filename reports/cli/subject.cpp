@@ -71,6 +71,7 @@ int run_export(const ExportOptions& options) {
     std::fprintf(stderr, "palpate: warning: %s: %s\n", options.scene.c_str(), reason.what());
   }
   const fs::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::write_scene_folder(folder, {.scene = file.scene,
                                   .network = network,
                                   .needs = needs,
@@ -129,6 +130,7 @@ int run_new(const NewOptions& options) {
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem) { throw InputError(folder.string() + ": " + problem.message()); }
+  const io::WholeWrite whole;
   for (const SkeletonFile& file : found->files) { io::replace_file(folder / file.name, file.text); }
   if (!options.quiet) {
     std::printf("cd %s && %s\n", folder.c_str(), std::string(found->next).c_str());

@@ -572,8 +572,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   if (options.slack) { tell_slack(results.outcomes); }
   if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
   if (ran.interrupted) {
-    std::fflush(nullptr);
-    std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
+    io::end_process(interrupted_code);  // cases still run on threads that cannot be stopped
   }
   if (tally(results.outcomes).holds()) { return done; }
   const bool none_ran = std::ranges::all_of(results.outcomes, [](const Outcome& one) {
@@ -592,7 +591,7 @@ std::vector<Case> subject_cases() {
 }
 
 int run_validate(const ValidateOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   if (options.subject.foreign()) {
     const SubjectFacts facts = make_subject(options.subject)->facts();
@@ -650,7 +649,7 @@ const std::map<std::string, std::string>& advice() {
 
 /// Compares what a subject declares with what it does, in the short form of all cases, with advice.
 int run_subject_check(const ValidateOptions& given) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   ValidateOptions options = given;
   options.quick = true;
   const SubjectFacts facts = make_subject(options.subject)->facts();
@@ -730,7 +729,7 @@ int bench_ticks(const BenchOptions& options, Judging judging) {
 
 /// Runs cases one at a time, so that they do not disturb each other's timing.
 int run_bench(const BenchOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   Judging judging{.title = "Palpate benchmark", .jobs = 1};
   if (!options.overrides.empty() && options.ticks.empty()) {
     throw InputError("bench: --set overrides keys of the scenes of --ticks; there are none");

@@ -521,6 +521,7 @@ Results read_run_folder(const std::filesystem::path& folder) {
 }
 
 void write_results_folder(const std::filesystem::path& folder, const Results& results) {
+  const io::WholeWrite whole;
   const std::filesystem::path traces = folder / "traces";
   std::error_code problem;
   std::filesystem::create_directories(traces, problem);
@@ -546,6 +547,7 @@ void write_baseline(const fs::path& path, const gate::Baseline& baseline) {
   if (path.extension() == ".h5") {
     throw InputError(path.string() + ": is a name of curves; a name with another ending, as .json");
   }
+  const io::WholeWrite whole;
   const fs::path temporary = io::temporary_name(path);
   fs::path curves;
   try {

@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "fixtures/io/file_bytes.hpp"
@@ -114,23 +115,31 @@ std::vector<HistoryLine> read_history(const std::filesystem::path& file) {
     try {
       history.push_back(line_from(text));
     } catch (const Json::exception&) {
-      throw InputError(
-          file.string() + ":" + std::to_string(history.size() + 1) +
-          ": no run of the benchmark; one line as `palpate bench --history` appends them");
+      throw InputError(file.string() + ":" + std::to_string(history.size() + 1) +
+                       ": no run of the benchmark; one line as `palpate bench --history` appends "
+                       "them is needed; remove the line");
     }
   }
   return history;
 }
 
 void append_history(const std::filesystem::path& file, const HistoryLine& line) {
+  const io::WholeWrite whole;
   const std::string text = to_text(line);
   const int to = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, for_all_to_read);
-  const ssize_t written = to < 0 ? -1
-                                 : write(to, text.data(),
-                                         text.size());  // one call: no mixed lines
+  (void)flock(to, LOCK_EX);  // no mixed lines
+  const off_t before = lseek(to, 0, SEEK_END);
+  std::string_view left = text;
+  while (to >= 0 && !left.empty()) {
+    const ssize_t written = write(to, left.data(), left.size());
+    if (written < 0 && errno == EINTR) { continue; }
+    if (written <= 0) { break; }
+    left.remove_prefix(static_cast<std::size_t>(written));
+  }
   const int problem = errno;
+  if (to >= 0 && !left.empty()) { (void)!ftruncate(to, before); }  // the next run can go on
   if (to >= 0) { close(to); }
-  if (written != static_cast<ssize_t>(text.size())) {
+  if (!left.empty()) {
     throw InputError(file.string() + ": cannot be written: " + std::strerror(problem) +
                      "; a file for the history");
   }
