@@ -61,6 +61,10 @@ fs::path CommonOptions::make_folder() const {
   const fs::path folder = out.empty() ? fs::path("palpate-out") / name : out;
   std::error_code problem;
   fs::create_directories(folder, problem);
+  if (problem && !fs::exists(folder)) {
+    throw InputError(folder.string() + ": cannot be created: " + problem.message() +
+                     "; a folder that can be written is needed");
+  }
   if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
   }

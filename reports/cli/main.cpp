@@ -24,6 +24,7 @@ using namespace palpate::cli;
 /// Puts "palpate:" before every line of a message. Text of files may hold anything, so what a
 /// terminal would obey is replaced.
 int refuse(const std::string& message, int code) {
+  if (interrupted) { return interrupted_code; }  // the problem is a consequence
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {
     std::fprintf(stderr, "palpate: %s\n", io::printable(line).c_str());

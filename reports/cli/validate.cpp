@@ -118,6 +118,7 @@ void work_on(const std::shared_ptr<Work>& work, const std::atomic<bool>& stop) {
     if (turn >= work->order.size()) { return; }
     const std::size_t index = work->order[turn];
     Outcome outcome = run_case(work->cases[index], work->context);
+    if (stop.load()) { return; }  // the case may have stopped before its end
     const std::scoped_lock lock(work->mutex);
     work->outcomes[index] = std::move(outcome);
     work->fresh.push_back(index);

@@ -526,7 +526,8 @@ void write_results_folder(const std::filesystem::path& folder, const Results& re
   std::error_code problem;
   std::filesystem::create_directories(traces, problem);
   if (problem) {
-    throw InputError(traces.string() + ": cannot be made; a folder that can be written");
+    throw InputError(traces.string() + ": cannot be created: " + problem.message() +
+                     "; a folder that can be written is needed");
   }
   // An interruption leaves no older results.json beside newer traces.
   fs::remove(folder / "results.json", problem);
