@@ -41,6 +41,8 @@ class ByteLink {
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
   /// True if no byte can arrive any more.
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
+  /// Baud rate that the other end has set; 0 if the link does not carry it.
+  [[nodiscard]] virtual unsigned baud() const noexcept { return 0; }
 };
 
 /// File descriptor that is closed by its destructor.
@@ -92,6 +94,7 @@ class PtyLink final : public DescriptorLink {
   [[nodiscard]] const std::string& path() const noexcept { return path_; }  ///< client's end
   /// Returns the number of bytes that were written here and not yet read by a client.
   [[nodiscard]] std::size_t unread_bytes() const noexcept;
+  [[nodiscard]] unsigned baud() const noexcept override;
 
  private:
   std::string path_;

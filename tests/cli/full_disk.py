@@ -13,8 +13,8 @@ from pathlib import Path
 
 from command_list import Setting, faults_in, files_in
 
-slow = ("run-palpation", "certify", "compare", "bench")  # only with PALPATE_FULL_DISK_ALL
-left_out = ("falcon-pty", "transducer-pty", "inspect", "steps", "transducer", "run-refine", "import-all", "calibrate",
+slow = ("certify", "compare", "bench")  # only with PALPATE_FULL_DISK_ALL
+left_out = ("run-palpation", "falcon-pty", "transducer-pty", "inspect", "steps", "transducer", "run-refine", "import-all", "calibrate",
             "validate-subject")  # write nothing, or through the same functions as the others
 most_calls = 2000
 
