@@ -104,8 +104,9 @@ bool DescriptorLink::wait_until(double deadline_s) noexcept {
 bool DescriptorLink::write(std::span<const std::uint8_t> bytes) noexcept {
   while (!bytes.empty()) {
     pollfd room{.fd = out_, .events = POLLOUT, .revents = 0};
-    const int ready = ::poll(&room, 1, write_patience_ms);
+    const int ready = ::poll(&room, 1, full_ ? 0 : write_patience_ms);
     if (ready < 0 && errno == EINTR) { continue; }
+    full_ = ready == 0;
     if (ready <= 0) { return false; }
     const ssize_t count = ::write(out_, bytes.data(), std::min(bytes.size(), most_at_once));
     if (count < 0 && errno == EINTR) { continue; }

@@ -61,7 +61,8 @@ class Descriptor {
 };
 
 /// Byte link over two file descriptors in wall-clock time. Bytes that the other end does not accept
-/// within 50 ms are lost, as on a serial line.
+/// within 50 ms are lost, as on a serial line; further bytes are lost at once until it accepts
+/// some.
 class DescriptorLink : public ByteLink {
  public:
   /// Does not own the descriptors.
@@ -83,6 +84,7 @@ class DescriptorLink : public ByteLink {
   int in_;
   int out_;
   bool ended_ = false;
+  bool full_ = false;  ///< the last write waited in vain; the next does not wait
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 

@@ -573,6 +573,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   if (options.slack) { tell_slack(results.outcomes); }
   if (!options.quiet) { tell_end(results.outcomes, cases.size(), folder / "report.html"); }
   if (ran.interrupted) {
+    std::fflush(stdout);
     io::end_process(interrupted_code);  // cases still run on threads that cannot be stopped
   }
   if (tally(results.outcomes).holds()) { return done; }

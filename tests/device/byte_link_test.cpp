@@ -74,6 +74,21 @@ TEST("a driver loads an image of every byte value over a pty, and every request 
   CHECK(service.emulator().firmware().replies() == driver.counts().requests);
 }
 
+TEST("a client that never reads delays the first lost write alone") {
+  std::array<int, 2> pipe{};
+  CHECK(::pipe(pipe.data()) == 0);
+  DescriptorLink link(pipe[0], pipe[1]);
+  const std::vector<std::uint8_t> bytes(512);
+  while (link.write(bytes)) {}  // until the pipe is full
+  // 50 ms each would be 5000 s, more than the TIMEOUT of CTest.
+  for (int n = 0; n < 100'000; ++n) { CHECK(!link.write(bytes)); }
+  std::vector<std::uint8_t> taken(1 << 17);
+  CHECK(link.read(taken) > 0);
+  CHECK(link.write(bytes));
+  ::close(pipe[0]);
+  ::close(pipe[1]);
+}
+
 TEST("a change of baud rate after the upload ends it, so that the first packet is not echoed") {
   sample::SummingBody body;
   PtyLink device;
