@@ -204,15 +204,15 @@ std::vector<std::string> comment_of(const CalibrationReport& report) {
 void tell_fitted(const Fit& fit) {
   for (const std::size_t n : fit.told) {
     const FittedParameter& each = fit.parameters[n];
-    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n", each.parameter.key.c_str(),
-                each.parameter.prior, each.value, each.parameter.unit.c_str(), each.interval.lower,
-                each.interval.upper);
+    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n",
+                io::printable(each.parameter.key).c_str(), each.parameter.prior, each.value,
+                each.parameter.unit.c_str(), each.interval.lower, each.interval.upper);
   }
 }
 
 void tell_notes(const std::vector<std::string>& warnings, const std::filesystem::path& folder) {
   for (const std::string& warning : warnings) {
-    std::fprintf(stderr, "palpate: note: %s\n", warning.c_str());
+    std::fprintf(stderr, "palpate: note: %s\n", io::printable(warning).c_str());
   }
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
@@ -222,7 +222,7 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder) 
   tell_fitted(report.result.fit);
   for (const HeldOut& held : report.result.held_out) {
     std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those predicted\n",
-                held.group.empty() ? "recordings of no group" : held.group.c_str(),
+                held.group.empty() ? "recordings of no group" : io::printable(held.group).c_str(),
                 100.0 * held.error_fitted, 100.0 * held.error_predicted);
   }
   tell_notes(calibration_warnings(report), folder);

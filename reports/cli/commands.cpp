@@ -13,6 +13,7 @@
 #include <fcntl.h>
 #include <fstream>
 #include <semaphore.h>
+#include <sstream>
 #include <sys/file.h>
 #include <system_error>
 #include <thread>
@@ -197,6 +198,13 @@ std::map<std::string, std::string> build_provenance() {
       {"processor", (processor.empty() ? "unknown" : processor) + ", " +
                         std::to_string(std::thread::hardware_concurrency()) + " hardware threads"},
       {"date", utc_now()}};
+}
+
+std::string printable_lines(const std::string& text) {
+  std::string result;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) { result += io::printable(line) + "\n"; }
+  return result;
 }
 
 std::string version_text() {

@@ -146,6 +146,9 @@ Command<Options> add_command(Program& program, const std::string& name, const st
   return {*command, *options};
 }
 
+/// io::printable() for text of several lines.
+std::string printable_lines(const std::string& text);
+
 // Each command has one source file with its options, its command line and its function.
 
 void add_run(Program& program);

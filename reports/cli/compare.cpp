@@ -165,12 +165,13 @@ GroupOptions group_options(const CompareOptions& asked,
 }
 
 void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
-  std::printf("%s: %s\n", verdict_text(report).c_str(), verdict_sentence(report).c_str());
+  std::printf("%s: %s\n", verdict_text(report).c_str(),
+              io::printable(verdict_sentence(report)).c_str());
   std::printf("recordings: %s\n", tally_of(report).c_str());
   const bool more =
       report.found.outcome.reasons.size() > 1;  // the first reason is already in the sentence
   for (const std::string& reason : report.found.outcome.reasons) {
-    if (more) { std::printf("  %s\n", reason.c_str()); }
+    if (more) { std::printf("  %s\n", io::printable(reason).c_str()); }
   }
   if (report.simulation.run_longer > 0.0) {
     std::printf(
@@ -180,13 +181,14 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder) {
   }
   for (const Comparison& one : report.found.recordings) {
     if (!one.alignment.not_by_depth.empty()) {
-      std::printf("%s: aligned %s\n", one.recording.c_str(), one.alignment.how.c_str());
+      std::printf("%s: aligned %s\n", io::printable(one.recording).c_str(),
+                  one.alignment.how.c_str());
     }
   }
   for (const RecordingFile& one : report.recordings) {
     for (const std::string& warning : one.input.warnings) {
-      std::fprintf(stderr, "palpate: warning: %s: %s\n", one.file.string().c_str(),
-                   warning.c_str());
+      std::fprintf(stderr, "palpate: warning: %s: %s\n", io::printable(one.file.string()).c_str(),
+                   io::printable(warning).c_str());
     }
   }
   std::printf("%s\n%s\n", (folder / "comparison.json").string().c_str(),

@@ -114,7 +114,7 @@ int run_gate(const GateOptions& options) {
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) {
-    std::printf("%s%s\n%s; %s\n%s\n", changes_text(report.result).c_str(),
+    std::printf("%s%s\n%s; %s\n%s\n", printable_lines(changes_text(report.result)).c_str(),
                 verdict_text(report.result).c_str(), verdict_sentence(report.result).c_str(),
                 (folder / "report.html").string().c_str(), builds_text(report).c_str());
   }

@@ -653,14 +653,14 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
 
 void tell(const FinishedRun& run, const std::filesystem::path& folder) {
   for (const std::string& warning : run.warnings) {
-    std::fprintf(stderr, "palpate: warning: %s\n", warning.c_str());
+    std::fprintf(stderr, "palpate: warning: %s\n", io::printable(warning).c_str());
   }
   if (run.trace.diverged) {
     std::fprintf(stderr, "palpate: diverged at t = %.6g s; the trace is kept up to there\n",
                  run.trace.diverged_at);
   }
   for (const std::string& reason : doubts(run.trace)) {
-    std::fprintf(stderr, "palpate: unreliable: %s\n", reason.c_str());
+    std::fprintf(stderr, "palpate: unreliable: %s\n", io::printable(reason).c_str());
   }
   std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n", status_of(run.trace),
               run.trace.ticks, run.trace.substeps, run.trace.method.c_str(), run.trace.seconds,

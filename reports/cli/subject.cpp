@@ -68,7 +68,8 @@ int run_export(const ExportOptions& options) {
   try {
     needs = names_of(needs_of(file.scene, network));
   } catch (const CannotDo& reason) {
-    std::fprintf(stderr, "palpate: warning: %s: %s\n", options.scene.c_str(), reason.what());
+    std::fprintf(stderr, "palpate: warning: %s: %s\n", options.scene.c_str(),
+                 io::printable(reason.what()).c_str());
   }
   const fs::path folder = options.make_folder();
   const io::WholeWrite whole;

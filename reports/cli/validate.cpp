@@ -335,14 +335,16 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
 void tell_case(const Outcome& outcome, std::size_t finished, std::size_t total) {
   std::printf("%3zu/%zu %-5s %7.2f s  %s%s%s\n", finished, total,
               std::string(name_of(outcome.status)).c_str(), outcome.seconds, outcome.name.c_str(),
-              outcome.reasons.empty() ? "" : ": ", outcome.reason().c_str());
+              outcome.reasons.empty() ? "" : ": ", io::printable(outcome.reason()).c_str());
   for (const Quantity& q : outcome.quantities) {
     if (!q.judged() || q.holds()) { continue; }
     std::printf("            %s = %.6g %s; allowed %.6g to %.6g (%s)\n", q.name.c_str(), q.value,
                 q.unit.c_str(), q.lower, q.upper, q.bound_from.c_str());
   }
   if (outcome.status == Status::fail) {
-    for (const std::string& note : outcome.notes) { std::printf("            %s\n", note.c_str()); }
+    for (const std::string& note : outcome.notes) {
+      std::printf("            %s\n", io::printable(note).c_str());
+    }
   }
   std::fflush(stdout);
 }
@@ -581,7 +583,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     return one.status == Status::skip && one.reason().starts_with("not run: ");
   });
   if (results.outcomes.empty() || !none_ran) { return fell_short; }
-  std::fprintf(stderr, "palpate: %s\n", results.outcomes.front().reason().c_str());
+  std::fprintf(stderr, "palpate: %s\n", io::printable(results.outcomes.front().reason()).c_str());
   return machine_cannot;
 }
 
@@ -656,9 +658,10 @@ int run_subject_check(const ValidateOptions& given) {
   options.quick = true;
   const SubjectFacts facts = make_subject(options.subject)->facts();
   if (!options.quiet) {
-    std::printf("%s %s (%s), %s\ncapabilities: %s\nparameters: %s\n", facts.name.c_str(),
-                facts.version.c_str(), facts.licence.c_str(), facts.carrier.c_str(),
-                names_of(facts.capabilities).c_str(), facts.parameters.c_str());
+    std::printf("%s %s (%s), %s\ncapabilities: %s\nparameters: %s\n",
+                io::printable(facts.name).c_str(), io::printable(facts.version).c_str(),
+                io::printable(facts.licence).c_str(), io::printable(facts.carrier).c_str(),
+                names_of(facts.capabilities).c_str(), io::printable(facts.parameters).c_str());
   }
   return judge(options, {.title = "Check of " + facts.name + " " + facts.version,
                          .cases = subject_cases(),
