@@ -550,6 +550,11 @@ int judge(const ValidateOptions& options, const Judging& what) {
                 told_of(kept).c_str());
   }
   const CaseContext context = context_of(options, cache, {cached, folder});
+  // Before the cases, because an interrupted subject does not answer.
+  std::map<std::string, std::string> of_subject;
+  if (options.subject.foreign()) {
+    of_subject = subject_provenance(context.make_subject()->facts());
+  }
   const RunnerResult ran =
       run_cases(to_run, context, what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
@@ -567,7 +572,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     if (!options.quiet) { tell_case(*changed, results.outcomes.size(), results.outcomes.size()); }
   }
   if (options.subject.foreign()) {
-    results.provenance.merge(subject_provenance(context.make_subject()->facts()));
+    results.provenance.merge(of_subject);
     results.provenance["coverage"] = coverage(results.outcomes);
     if (!options.quiet) { std::printf("%s\n", results.provenance["coverage"].c_str()); }
   }

@@ -102,6 +102,8 @@ class Trials:
         self.counts[code] = self.counts.get(code, 0) + 1
         problems += faults_in(out, self.setting.scratch / "cases", self.setting.scratch / "cache")
         problems += [f"{f} is left in TMPDIR" for f in files_in(self.setting.scratch / "tmp")]
+        shutil.rmtree(self.setting.scratch / "tmp")
+        (self.setting.scratch / "tmp").mkdir()
         if not command.endless:
             problems += self.repeat(command, out, files, contents)
         for problem in problems:
