@@ -18,7 +18,16 @@ from command_list import Setting, faults_in, files_in
 # [s] Limit for a command that hangs after a signal. A second is promised; a machine under the load of other tests takes longer.
 # Trials above a second are counted and printed.
 hang = 10.0
-before_main = 0.1  # [s] in which the program's libraries are loaded and a signal ends it as any other program
+
+
+def catches(process, number):
+    """Whether the process has a handler of the signal. It has none while its libraries are loaded."""
+    try:
+        status = Path(f"/proc/{process.pid}/status").read_text()
+    except OSError:
+        return True
+    caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+    return bool(caught >> (number - 1) & 1)
 
 
 class Trials:
@@ -87,6 +96,7 @@ class Trials:
         problems = []
         process = self.start(command, out)
         time.sleep(delay)
+        in_main = catches(process, number)
         process.send_signal(number)
         begin = time.monotonic()
         code = self.end_of(process)
@@ -95,7 +105,7 @@ class Trials:
         left = files_in(out)
         if code is None:
             problems.append(f"still runs {hang:g} s after the signal")
-        elif code == -number and delay < before_main:
+        elif code == -number and not in_main:
             code = "before main"
         elif code != 130 and (code not in command.exits or not set(files) <= set(left)):
             problems.append(f"exit code {code}, files {left}, said {self.said!r}")
