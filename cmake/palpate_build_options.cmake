@@ -34,6 +34,15 @@ if(PALPATE_SANITIZE)
   target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
 endif()
 
+option(PALPATE_FUZZ "Build fuzzers of the readers (clang and its libFuzzer; tests/CMakeLists.txt)" OFF)
+if(PALPATE_FUZZ)
+  target_compile_options(palpate_build_options INTERFACE
+    -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-sanitize=null,alignment
+    -w)  # g++ judges warnings
+  target_link_options(palpate_build_options INTERFACE -fsanitize=address,undefined)
+  target_compile_definitions(palpate_build_options INTERFACE PALPATE_SANITIZED)
+endif()
+
 # What steps a scene is compiled without it in the optimised build, file by file; all the rest reads common headers
 # precompiled. What waits for files, processes or people, and what calls the model and no more, is optimised less:
 # a third of its compilation.

@@ -22,6 +22,17 @@ namespace {
 constexpr int write_patience_ms = 50;
 constexpr std::size_t most_at_once = 512;  // a pipe that polls writable takes so much whole
 
+/// struct termios2 of the kernel, whose header cannot be included beside <termios.h>. It has the
+/// baud rate as a number, also one without a name such as the 1456312 of a Falcon.
+struct KernelTermios {
+  std::array<tcflag_t, 4> flags;
+  cc_t line;
+  std::array<cc_t, 19> characters;
+  unsigned input_speed;
+  unsigned output_speed;
+};
+constexpr unsigned long get_termios2 = _IOR('T', 0x2A, KernelTermios);
+
 [[noreturn]] void fail(const std::string& what) {
   throw std::system_error(errno, std::generic_category(), what);
 }
@@ -93,8 +104,9 @@ bool DescriptorLink::wait_until(double deadline_s) noexcept {
 bool DescriptorLink::write(std::span<const std::uint8_t> bytes) noexcept {
   while (!bytes.empty()) {
     pollfd room{.fd = out_, .events = POLLOUT, .revents = 0};
-    const int ready = ::poll(&room, 1, write_patience_ms);
+    const int ready = ::poll(&room, 1, full_ ? 0 : write_patience_ms);
     if (ready < 0 && errno == EINTR) { continue; }
+    full_ = ready == 0;
     if (ready <= 0) { return false; }
     const ssize_t count = ::write(out_, bytes.data(), std::min(bytes.size(), most_at_once));
     if (count < 0 && errno == EINTR) { continue; }
@@ -110,6 +122,11 @@ PtyLink::PtyLink()
 std::size_t PtyLink::unread_bytes() const noexcept {
   int count = 0;
   return ::ioctl(slave_.number(), FIONREAD, &count) == 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+unsigned PtyLink::baud() const noexcept {
+  KernelTermios settings{};
+  return ::ioctl(slave_.number(), get_termios2, &settings) == 0 ? settings.output_speed : 0;
 }
 
 TerminalLink::TerminalLink(const std::string& path) : DescriptorLink(open_terminal(path)) {}

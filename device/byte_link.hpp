@@ -41,6 +41,8 @@ class ByteLink {
   virtual bool write(std::span<const std::uint8_t> bytes) noexcept = 0;
   /// True if no byte can arrive any more.
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
+  /// Baud rate that the other end has set; 0 if the link does not carry it.
+  [[nodiscard]] virtual unsigned baud() const noexcept { return 0; }
 };
 
 /// File descriptor that is closed by its destructor.
@@ -59,7 +61,8 @@ class Descriptor {
 };
 
 /// Byte link over two file descriptors in wall-clock time. Bytes that the other end does not accept
-/// within 50 ms are lost, as on a serial line.
+/// within 50 ms are lost, as on a serial line; further bytes are lost at once until it accepts
+/// some.
 class DescriptorLink : public ByteLink {
  public:
   /// Does not own the descriptors.
@@ -81,6 +84,7 @@ class DescriptorLink : public ByteLink {
   int in_;
   int out_;
   bool ended_ = false;
+  bool full_ = false;  ///< the last write waited in vain; the next does not wait
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
@@ -92,6 +96,7 @@ class PtyLink final : public DescriptorLink {
   [[nodiscard]] const std::string& path() const noexcept { return path_; }  ///< client's end
   /// Returns the number of bytes that were written here and not yet read by a client.
   [[nodiscard]] std::size_t unread_bytes() const noexcept;
+  [[nodiscard]] unsigned baud() const noexcept override;
 
  private:
   std::string path_;

@@ -28,8 +28,8 @@ double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
 
 }  // namespace
 
-HeatMap palpation_map(const Scene& scene, const NetworkProblem& problem,
-                      const PalpationGrid& grid) {
+HeatMap palpation_map(const Scene& scene, const NetworkProblem& problem, const PalpationGrid& grid,
+                      const std::atomic<bool>* stop) {
   constexpr double mm = 1e3;
   const Eigen::Vector2d corner = scene.probe->entry - grid.half_span();
   HeatMap map{.label = "stiffness (N/mm)"};
@@ -38,6 +38,7 @@ HeatMap palpation_map(const Scene& scene, const NetworkProblem& problem,
   const reference::StaticResponse response(problem);
   for (const double y : map.y) {
     for (const double x : map.x) {
+      if (stop != nullptr && stop->load()) { return map; }
       map.z.push_back(stiffness_felt(scene, problem, response, {x / mm, y / mm}) / mm);
     }
   }

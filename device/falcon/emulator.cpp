@@ -216,6 +216,7 @@ Emulator::Emulator(Body& body, const FirmwareOptions& options, const FaultScript
 void Emulator::serve(ByteLink& link) noexcept {
   std::array<std::uint8_t, buffer_bytes> buffer;
   now_ = link.now();
+  follow_baud(link);
   for (int n = 0; n < most_reads; ++n) {
     const std::size_t count = link.read(buffer);
     if (count == 0) { break; }
@@ -224,6 +225,17 @@ void Emulator::serve(ByteLink& link) noexcept {
   move_body(now_);
   receive_all(now_);
   deliver(link);
+}
+
+/// A host waits for the echo of its image, then changes the baud rate, then sends. Drivers also
+/// change it before the upload, which means nothing.
+void Emulator::follow_baud(const ByteLink& link) noexcept {
+  const unsigned baud = link.baud();
+  const bool changed = baud_ != 0 && baud != 0 && baud != baud_;
+  baud_ = baud;
+  if (changed && powered_ && firmware_.state() == FirmwareState::load) {
+    firmware_.begin_run(now_, *this);
+  }
 }
 
 void Emulator::move_body(double now_s) noexcept {

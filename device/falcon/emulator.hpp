@@ -6,7 +6,7 @@
 ///   boot   0A 43 0D        is answered by 0A 44 2C 0D      -> ready
 ///   ready  41              is echoed                       -> load
 ///   load   any byte        is echoed; a host checks its upload by the echo alone
-///          begin_run(): the host changed the baud rate, which a byte stream does not carry  -> run
+///          begin_run(): the host changed the baud rate (ByteLink::baud(); pipes have none)  -> run
 ///   run    well-formed packet    exactly one reply; anything else: none
 ///
 /// A well-formed packet switches any state to run and gets a reply. In boot and ready this also
@@ -159,6 +159,7 @@ class Emulator final : public Served, private FirmwareSink {
   void served(const HostPacket& request, const DevicePacket& reply) noexcept override;
   void happened(FirmwareEvent event) noexcept override;
 
+  void follow_baud(const ByteLink& link) noexcept;
   void move_body(double now_s) noexcept;
   void receive_all(double now_s) noexcept;
   void deliver(ByteLink& link) noexcept;
@@ -170,6 +171,7 @@ class Emulator final : public Served, private FirmwareSink {
   DeviceFaults device_faults_;
   EmulatorObserver* observer_ = nullptr;
   bool powered_ = true;
+  unsigned baud_ = 0;       ///< of the link at the last call; 0: unknown
   std::int64_t steps_ = 0;  ///< number of body steps since time 0
   double now_ = 0.0;
   std::int64_t lost_writes_ = 0;

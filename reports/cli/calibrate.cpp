@@ -218,15 +218,15 @@ std::vector<std::string> comment_of(const CalibrationReport& report) {
 void tell_fitted(const Fit& fit) {
   for (const std::size_t n : fit.told) {
     const FittedParameter& each = fit.parameters[n];
-    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n", each.parameter.key.c_str(),
-                each.parameter.prior, each.value, each.parameter.unit.c_str(), each.interval.lower,
-                each.interval.upper);
+    std::printf("  %-44s %.4g -> %.4g %s, 95 %%: %.3g to %.3g\n",
+                io::printable(each.parameter.key).c_str(), each.parameter.prior, each.value,
+                each.parameter.unit.c_str(), each.interval.lower, each.interval.upper);
   }
 }
 
 void tell_notes(const std::vector<std::string>& warnings, const std::filesystem::path& folder) {
   for (const std::string& warning : warnings) {
-    std::fprintf(stderr, "palpate: note: %s\n", warning.c_str());
+    std::fprintf(stderr, "palpate: note: %s\n", io::printable(warning).c_str());
   }
   std::printf("%s\n", (folder / "report.html").string().c_str());
 }
@@ -240,7 +240,7 @@ void tell(const CalibrationReport& report, const std::filesystem::path& folder,
   tell_fitted(report.result.fit);
   for (const HeldOut& held : report.result.held_out) {
     std::printf("  without %s: error %.3g %% of those fitted, %.3g %% of those predicted\n",
-                held.group.empty() ? "recordings of no group" : held.group.c_str(),
+                held.group.empty() ? "recordings of no group" : io::printable(held.group).c_str(),
                 100.0 * held.error_fitted, 100.0 * held.error_predicted);
   }
   tell_notes(calibration_warnings(report), folder);
@@ -457,13 +457,14 @@ int run_insertions(const CalibrateOptions& options) {
   files.emplace_back("calibration.json", to_json(report));
   files.emplace_back("report.html", to_html(report));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   for (const auto& [name, text] : files) { io::replace_file(folder / name, text); }
   tell(report, folder, options);
   return report.result.outcome().status == Status::pass ? done : fell_short;
 }
 
 int run_calibrate(const CalibrateOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   if (!options.conditions.empty() || !options.predictions.empty()) {
     return run_insertions(options);
   }
@@ -504,6 +505,7 @@ int run_calibrate(const CalibrateOptions& options) {
   const std::string fitted =
       io::rewrite_scene(loaded.file, changes(scene, report.result.fitted), comment_of(report));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::replace_file(folder / "fitted.toml", fitted);
   io::replace_file(folder / "calibration.json", to_json(report));
   io::replace_file(folder / "report.html", page);

@@ -410,7 +410,6 @@ int verify(const CertifyOptions& options) {
 }
 
 int run_certify(const CertifyOptions& options) {
-  catch_interrupts();
   if (options.verify) { return verify(options); }
   for (const std::string& load : options.loads) {
     if (is_own_load(load) || load == "stress-ng") { continue; }
@@ -433,6 +432,7 @@ int run_certify(const CertifyOptions& options) {
   Progress progress;
   const CertifyPlan plan = plan_of(options, loaded, progress);
   const std::filesystem::path folder = options.make_folder();
+  keep_results_of_interrupted();
   const HappeningNames names(loaded.file.scene);
   CertificateReport report{
       .file = options.scene.filename().string(),
@@ -456,6 +456,7 @@ int run_certify(const CertifyOptions& options) {
     report.result.notes.emplace_back("The scene requests more threads; the loop used one.");
   }
   const Outcome outcome = outcome_of(report.result);
+  const io::WholeWrite whole;
   io::replace_file(folder / "certificate.json", to_json(report));
   io::replace_file(folder / "histogram.csv", to_csv(report));
   io::replace_file(folder / "report.html", to_html(report));

@@ -13,6 +13,8 @@
 #include <ctime>
 #include <fcntl.h>
 #include <fstream>
+#include <semaphore.h>
+#include <sstream>
 #include <sys/file.h>
 #include <system_error>
 #include <thread>
@@ -65,6 +67,10 @@ fs::path CommonOptions::make_folder() const {
   const fs::path folder = output_folder();
   std::error_code problem;
   fs::create_directories(folder, problem);
+  if (problem && !fs::exists(folder)) {
+    throw InputError(folder.string() + ": cannot be created: " + problem.message() +
+                     "; a folder that can be written is needed");
+  }
   if (problem || !fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
   }
@@ -77,15 +83,37 @@ fs::path CommonOptions::make_folder() const {
 
 std::atomic<bool> interrupted{false};
 
+namespace {
+
+std::atomic<int> grace_ms{0};
+sem_t signalled;
+
+/// Runs on a thread of its own, so that also libraries and loops without a check are ended.
+void end_after_signal() {
+  while (sem_wait(&signalled) != 0) {}
+  std::this_thread::sleep_for(std::chrono::milliseconds(grace_ms.load()));
+  io::end_process(interrupted_code);
+}
+
+void note_signal(int) {
+  if (interrupted.exchange(true)) { _exit(interrupted_code); }  // for a write that never ends
+  sem_post(&signalled);
+}
+
+}  // namespace
+
 void catch_interrupts() {
   static_assert(std::atomic<bool>::is_always_lock_free);
-  const auto note = [](int signal) {
-    interrupted.store(true);
-    std::signal(signal, SIG_DFL);  // a second signal ends the program at once
-  };
+  sem_init(&signalled, 0, 0);
+  std::thread(end_after_signal).detach();
   io::end_reads_on(&interrupted);
-  std::signal(SIGINT, note);
-  std::signal(SIGTERM, note);
+  std::signal(SIGINT, note_signal);
+  std::signal(SIGTERM, note_signal);
+}
+
+void keep_results_of_interrupted() {
+  constexpr int most_ms = 700;  // of the second that a user waits; the rest is for writing
+  grace_ms.store(most_ms);
 }
 
 void add_common(CLI::App& command, CommonOptions& options) {
@@ -254,6 +282,13 @@ std::map<std::string, std::string> build_provenance() {
       {"processor", (processor.empty() ? "unknown" : processor) + ", " +
                         std::to_string(std::thread::hardware_concurrency()) + " hardware threads"},
       {"date", utc_now()}};
+}
+
+std::string printable_lines(const std::string& text) {
+  std::string result;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) { result += io::printable(line) + "\n"; }
+  return result;
 }
 
 std::string version_text() {

@@ -55,10 +55,16 @@ struct CommonOptions {
 /// systems without locks.
 void lock_folder(const std::filesystem::path& folder);
 
-/// Set by SIGINT and SIGTERM after catch_interrupts(). A command that calls it must check the flag
-/// and return with the results so far. A second signal terminates the program at once.
+/// Set by SIGINT and SIGTERM after catch_interrupts().
 extern std::atomic<bool> interrupted;
+
+/// From here on SIGINT and SIGTERM end the program with exit code 130 as soon as no file is being
+/// written (io::WholeWrite). A second signal ends it at once.
 void catch_interrupts();
+
+/// Called by a command that checks `interrupted` and then writes its results so far: it gets most
+/// of a second to begin with that.
+void keep_results_of_interrupted();
 
 /// Validator for numbers in [least, most]. Unlike CLI::Range it rejects NaN, for which every
 /// comparison is false.
@@ -192,6 +198,9 @@ std::string man_page(const CLI::App& app);
 
 /// Message for a command line that CLI11 refused: the word, the nearest known word, where help is.
 std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
+
+/// io::printable() for text of several lines.
+std::string printable_lines(const std::string& text);
 
 // Each command has one source file with its options, its command line and its function.
 

@@ -168,13 +168,13 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder,
           const CommonOptions& options) {
   std::printf("%s: %s\n",
               in_colour(verdict_text(report), holds(report) ? Status::pass : Status::fail).c_str(),
-              verdict_sentence(report).c_str());
+              io::printable(verdict_sentence(report)).c_str());
   if (options.quiet) { return; }
   std::printf("recordings: %s\n", tally_of(report).c_str());
   const bool more =
       report.found.outcome.reasons.size() > 1;  // the first reason is already in the sentence
   for (const std::string& reason : report.found.outcome.reasons) {
-    if (more) { std::printf("  %s\n", reason.c_str()); }
+    if (more) { std::printf("  %s\n", io::printable(reason).c_str()); }
   }
   if (report.simulation.run_longer > 0.0) {
     std::printf(
@@ -184,13 +184,14 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder,
   }
   for (const Comparison& one : report.found.recordings) {
     if (!one.alignment.not_by_depth.empty()) {
-      std::printf("%s: aligned %s\n", one.recording.c_str(), one.alignment.how.c_str());
+      std::printf("%s: aligned %s\n", io::printable(one.recording).c_str(),
+                  one.alignment.how.c_str());
     }
   }
   for (const RecordingFile& one : report.recordings) {
     for (const std::string& warning : one.input.warnings) {
-      std::fprintf(stderr, "palpate: warning: %s: %s\n", one.file.string().c_str(),
-                   warning.c_str());
+      std::fprintf(stderr, "palpate: warning: %s: %s\n", io::printable(one.file.string()).c_str(),
+                   io::printable(warning).c_str());
     }
   }
   std::printf("%s\n%s\n", (folder / "comparison.json").string().c_str(),
@@ -198,7 +199,6 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder,
 }
 
 int run_compare(const CompareOptions& options) {
-  catch_interrupts();
   if (options.scene.empty() == options.trace.empty()) {
     throw InputError("compare: exactly one of --scene and --trace is needed");
   }
@@ -229,6 +229,7 @@ int run_compare(const CompareOptions& options) {
     report.provenance = build_provenance();
   }
   const std::filesystem::path folder = options.make_folder();
+  keep_results_of_interrupted();
   if (scene && !simulate(*scene, foreign != nullptr ? *foreign : scene->subject, rest,
                          options.quiet, report)) {
     return interrupted_code;
@@ -248,6 +249,7 @@ int run_compare(const CompareOptions& options) {
   // All contents are created before the first file is written.
   const std::string json = to_json(report);
   const std::string page = to_html(report);
+  const io::WholeWrite whole;
   if (report.simulation.origin == ComparedSimulation::Origin::scene) {
     io::write_trace_hdf5(folder / "trace.h5", report.simulation.trace, {}, report.provenance);
   }

@@ -234,7 +234,7 @@ std::unique_ptr<Body> make_body(const FalconScript& script) {
 }
 
 int run_falcon(const FalconOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   const int modes = int(options.pty) + int(options.stdio) + int(!options.solve.empty());
   if (modes != 1) {
     throw InputError("falcon needs a mode; exactly one of --pty, --stdio and --solve");

@@ -109,10 +109,11 @@ int run_gate(const GateOptions& options) {
                     .baseline = baseline};
   report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::replace_file(folder / "gate.json", to_json(report));
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
-  if (!options.quiet) { std::printf("%s", changes_text(report.result).c_str()); }
+  if (!options.quiet) { std::printf("%s", printable_lines(changes_text(report.result)).c_str()); }
   std::printf("%s\n", in_colour(verdict_text(report.result),
                                 report.result.holds() ? Status::pass : Status::fail)
                           .c_str());
@@ -216,7 +217,7 @@ void lock_baseline(const std::filesystem::path& baseline) {
 }
 
 int run_approve(const ApproveOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   if (options.reason.find_first_not_of(" \t\n") == std::string::npos) {
     throw InputError("--reason: is empty; the reason of the change is recorded in the ledger");
   }

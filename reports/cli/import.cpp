@@ -91,7 +91,7 @@ void tell(const InputRecording& read) {
   if (recording.kind == Recording::Kind::measured_phantom) {
     std::printf("measured phantom: no patient\n");
   }
-  for (const std::string& line : read.found) { std::printf("%s\n", line.c_str()); }
+  for (const std::string& line : read.found) { std::printf("%s\n", io::printable(line).c_str()); }
   if (read.frames) {
     std::cout << "frames: " << read.frames->frames << " good, " << read.frames->bad_frames
               << " bad, " << read.frames->missing << " missing in " << read.frames->gaps
@@ -102,7 +102,9 @@ void tell(const InputRecording& read) {
   std::cout << "missing " << defects.missing << " in " << defects.gaps << " gaps, not a number "
             << defects.not_finite << ", out of range " << defects.out_of_range << ", clipped "
             << defects.clipped << ", out of order " << defects.not_increasing << '\n';
-  for (const std::string& warning : read.warnings) { std::cout << "warning: " << warning << '\n'; }
+  for (const std::string& warning : read.warnings) {
+    std::cout << "warning: " << io::printable(warning) << '\n';
+  }
 }
 
 /// Imports several files into one folder, each as NAME.h5.
@@ -131,14 +133,17 @@ int import_all(const ImportOptions& options, const std::optional<RecordingPreset
   }
   if (!problems.empty()) { throw InputError(problems); }
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   for (std::size_t n = 0; n < recordings.size(); ++n) {
     const std::filesystem::path file = folder / (options.files[n].stem().string() + ".h5");
     io::write_recording_hdf5(file, recordings[n].recording);
     if (!options.quiet) {
-      std::printf("%s\n", options.files[n].c_str());
+      std::printf("%s\n", io::printable(options.files[n].string()).c_str());
       tell(recordings[n]);
     }
-    if (!options.quiet || n + 1 == recordings.size()) { std::printf("%s\n", file.c_str()); }
+    if (!options.quiet || n + 1 == recordings.size()) {
+      std::printf("%s\n", io::printable(file.string()).c_str());
+    }
   }
   return done;
 }
@@ -149,6 +154,7 @@ int run_import(const ImportOptions& options) {
   if (options.files.size() > 1) { return import_all(options, preset); }
   const InputRecording read = read_one(options, options.files.front(), preset);
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::write_recording_hdf5(folder / "recording.h5", read.recording);
   io::write_recording_csv(folder / "recording.csv", read.recording);
   if (!options.quiet) {
@@ -167,6 +173,7 @@ int run_reconstruct(const ReconstructOptions& options) {
   const std::vector<Recording> recordings =
       reconstructed_recordings(io::read_published_values(options.table));
   const std::filesystem::path folder = options.make_folder();
+  const io::WholeWrite whole;
   for (const Recording& recording : recordings) {
     io::write_recording_hdf5(folder / (recording.name + ".h5"), recording);
   }

@@ -93,6 +93,7 @@ int run_init(const InitOptions& options) {
     next = write_subject_skeleton("c", folder);
   } else {
     make_empty_folder(folder);
+    const io::WholeWrite whole;
     for (const InitFile& file : kind->files) { io::replace_file(folder / file.name, file.text); }
     if (kind->name == "mri") { io::replace_file(folder / "image.nii", synthetic_image()); }
     next = "palpate run " + in_shell_quotes((folder / "scene.toml").string());

@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "fixtures/io/file_bytes.hpp"
 #include "model/problem/needle_path.hpp"
 #include "model/problem/scene_keys.hpp"
 #include "model/tissue/skin.hpp"
@@ -171,7 +172,8 @@ void print_line(const Json& line) {
     std::printf("  %9s %9s %10s %13s  %-14s  %s\n", cell(each["begin_m"], mm).c_str(),
                 cell(each["end_m"], mm).c_str(), cell(each["cutting_force_n"], 1.0).c_str(),
                 cell(each["friction_n_per_m"], 1.0).c_str(),
-                each["role"].get<std::string>().c_str(), each["label"].get<std::string>().c_str());
+                each["role"].get<std::string>().c_str(),
+                io::printable(each["label"].get<std::string>()).c_str());
   }
 }
 
@@ -210,7 +212,7 @@ void print_tool(const Json& tool) {
   std::printf("tool\n");
   for (const auto& [name, value] : tool.items()) {
     if (name == "line") { continue; }
-    std::printf("  %-16s %s\n", name.c_str(), text_of(value, "none").c_str());
+    std::printf("  %-16s %s\n", name.c_str(), io::printable(text_of(value, "none")).c_str());
   }
   if (tool.contains("line")) { print_line(tool["line"]); }
 }
@@ -307,12 +309,12 @@ void print(const Json& facts) {
     if (value.is_object() || value.is_array()) {
       std::printf("%s\n", name.c_str());
       for (const auto& [key, item] : value.items()) {
-        std::printf("  %s%s\n", value.is_object() ? (key + ": ").c_str() : "",
-                    text_of(item, "no limit").c_str());
+        std::printf("  %s%s\n", value.is_object() ? (io::printable(key) + ": ").c_str() : "",
+                    io::printable(text_of(item, "no limit")).c_str());
       }
       continue;
     }
-    std::printf("%-28s %s\n", name.c_str(), text_of(value, "no limit").c_str());
+    std::printf("%-28s %s\n", name.c_str(), io::printable(text_of(value, "no limit")).c_str());
   }
 }
 

@@ -24,6 +24,7 @@ using namespace palpate::cli;
 /// Puts "palpate:" before every line of a message. Text of files may hold anything, so what a
 /// terminal would obey is replaced.
 int refuse(const std::string& message, int code) {
+  if (interrupted) { io::end_process(interrupted_code); }  // the problem is a consequence
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {
     std::fprintf(stderr, "palpate: %s\n", io::printable(line).c_str());
@@ -79,6 +80,7 @@ const std::vector<Task>& tasks() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  catch_interrupts();
   Program program;
   CLI::App& app = program.app;
   app.set_version_flag("--version", version_text());
@@ -110,6 +112,6 @@ int main(int argc, char** argv) {
     return refuse("out of memory; a smaller scene or file is needed, or more memory",
                   machine_cannot);
   } catch (const io::ReadInterrupted&) {
-    return interrupted_code;
+    io::end_process(interrupted_code);
   } catch (const std::exception& error) { return refuse(error.what(), fell_short); }
 }

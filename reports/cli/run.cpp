@@ -89,14 +89,15 @@ std::string csv_of(const HeatMap& map) {
   return text;
 }
 
-/// Palpation map, if the probe of the scene requests one.
+/// Palpation map, if the probe of the scene requests one. None after an interrupt.
 Palpation palpate_skin(const LoadedScene& loaded) {
   const Scene& scene = loaded.file.scene;
   const NetworkProblem* problem = loaded.network();
   if (problem == nullptr || !scene.probe || !scene.probe->map) { return {}; }
   Palpation palpation;
   try {
-    HeatMap map = palpation_map(scene, *problem, *scene.probe->map);
+    HeatMap map = palpation_map(scene, *problem, *scene.probe->map, &interrupted);
+    if (interrupted) { return {}; }
     palpation.csv = csv_of(map);
     palpation.figure = {.id = "palpation-map",
                         .title = "Palpation map",
@@ -766,14 +767,16 @@ void tell(const RunOptions& options, const LoadedScene& loaded, const FinishedRu
           const std::vector<ErrorSource>& sources, const std::filesystem::path& folder) {
   const std::filesystem::path page = folder / "report.html";
   for (const std::string& warning : run.warnings) {
-    if (!options.quiet) { std::fprintf(stderr, "palpate: warning: %s\n", warning.c_str()); }
+    if (!options.quiet) {
+      std::fprintf(stderr, "palpate: warning: %s\n", io::printable(warning).c_str());
+    }
   }
   if (run.trace.diverged) {
     std::fprintf(stderr, "palpate: diverged at t = %.6g s; the trace is kept up to there\n",
                  run.trace.diverged_at);
   }
   for (const std::string& reason : doubts(run.trace)) {
-    std::fprintf(stderr, "palpate: unreliable: %s\n", reason.c_str());
+    std::fprintf(stderr, "palpate: unreliable: %s\n", io::printable(reason).c_str());
   }
   const std::string status = status_of(run.trace);
   const std::string word = run.late() && status == "ok" ? "late" : status;
@@ -854,7 +857,6 @@ std::map<std::string, std::string> provenance_with_inputs(
 }
 
 int run_scene(const RunOptions& options) {
-  catch_interrupts();
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Scene& scene = loaded.file.scene;
   const bool in_hand = scene.drive && scene.drive->kind == Drive::Kind::falcon;
@@ -869,6 +871,7 @@ int run_scene(const RunOptions& options) {
       foreign_subject(confined(options.subject, options), loaded);
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
+  keep_results_of_interrupted();
   // A run that is killed then leaves no summary of an earlier one beside its own trace.
   std::filesystem::remove(folder / "summary.json");
   SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
@@ -896,6 +899,7 @@ int run_scene(const RunOptions& options) {
   result.rate = rate;
   if (clock) { result.real_time = clock->facts(); }
   const auto provenance = scene_provenance(loaded);
+  std::optional<io::WholeWrite> whole(std::in_place);
   io::write_trace_csv(folder / "trace.csv", result.trace);
   io::write_trace_hdf5(folder / "trace.h5", result.trace,
                        network != nullptr ? network->network() : SpringNetwork{},
@@ -903,6 +907,7 @@ int run_scene(const RunOptions& options) {
   if (network != nullptr && !result.trace.frames.position.empty()) {
     io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
   }
+  whole.reset();  // what follows may take minutes
   std::vector<ErrorSource> sources = error_sources(loaded);
   if (foreign == nullptr) {
     result.warnings = loaded.simulation().plan().warnings;
@@ -912,8 +917,10 @@ int run_scene(const RunOptions& options) {
   }
   if (packets) { write_packets(folder, *packets); }
   const Palpation palpation = palpate_skin(loaded);
+  result.trace.interrupted = result.trace.interrupted || interrupted;
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
   const auto write = [&](bool refined) {
+    const io::WholeWrite together;
     io::replace_file(folder / "summary.json", summary_json(loaded, result, sources, refined));
     io::replace_file(
         folder / "report.html",

@@ -88,9 +88,11 @@ int run_export(const ExportOptions& options) {
   try {
     needs = names_of(needs_of(file.scene, network));
   } catch (const CannotDo& reason) {
-    std::fprintf(stderr, "palpate: warning: %s: %s\n", options.scene.c_str(), reason.what());
+    std::fprintf(stderr, "palpate: warning: %s: %s\n", options.scene.c_str(),
+                 io::printable(reason.what()).c_str());
   }
   const fs::path folder = options.make_folder();
+  const io::WholeWrite whole;
   io::write_scene_folder(folder, {.scene = file.scene,
                                   .network = network,
                                   .needs = needs,
@@ -147,6 +149,7 @@ std::string write_subject_skeleton(const std::string& language, const fs::path& 
     throw InputError("--language " + io::shown(language) + ": unknown; c, python or javascript");
   }
   make_empty_folder(folder);
+  const io::WholeWrite whole;
   for (const SkeletonFile& file : found->files) { io::replace_file(folder / file.name, file.text); }
   return "cd " + in_shell_quotes(folder.string()) + " && " + std::string(found->next);
 }

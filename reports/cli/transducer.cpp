@@ -126,7 +126,7 @@ void tell_resampling(const Recording& recording) {
 }
 
 int run_transducer(const TransducerCommandOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   if (int(options.pty) + int(options.stdio) != 1 || (options.fast && !options.stdio)) {
     throw InputError(
         "transducer needs a mode; exactly one of --pty and --stdio (--fast: --stdio alone)");

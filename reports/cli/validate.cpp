@@ -118,6 +118,7 @@ void work_on(const std::shared_ptr<Work>& work, const std::atomic<bool>& stop) {
     if (turn >= work->order.size()) { return; }
     const std::size_t index = work->order[turn];
     Outcome outcome = run_case(work->cases[index], work->context);
+    if (stop.load()) { return; }  // the case may have stopped before its end
     const std::scoped_lock lock(work->mutex);
     work->outcomes[index] = std::move(outcome);
     work->fresh.push_back(index);
@@ -341,7 +342,7 @@ void tell_case(const ValidateOptions& options, const Outcome& outcome, std::size
   status.resize(5, ' ');
   std::printf("%3zu/%zu %s %7.2f s  %s%s%s\n", finished, total,
               in_colour(status, outcome.status).c_str(), outcome.seconds, outcome.name.c_str(),
-              reason.empty() ? "" : ": ", same ? "the same" : reason.c_str());
+              reason.empty() ? "" : ": ", same ? "the same" : io::printable(reason).c_str());
   for (const Quantity& q : outcome.quantities) {
     if (!options.verbose && (!q.judged() || q.holds())) { continue; }
     std::printf("            %s = %.6g%s", q.name.c_str(), q.value,
@@ -352,7 +353,9 @@ void tell_case(const ValidateOptions& options, const Outcome& outcome, std::size
     std::printf("\n");
   }
   if (outcome.status == Status::fail) {
-    for (const std::string& note : outcome.notes) { std::printf("            %s\n", note.c_str()); }
+    for (const std::string& note : outcome.notes) {
+      std::printf("            %s\n", io::printable(note).c_str());
+    }
   }
   std::fflush(stdout);
 }
@@ -570,6 +573,11 @@ int judge(const ValidateOptions& options, const Judging& what) {
                 told_of(kept).c_str());
   }
   const CaseContext context = context_of(options, cache, cached);
+  // Before the cases, because an interrupted subject does not answer.
+  std::map<std::string, std::string> of_subject;
+  if (options.subject.foreign()) {
+    of_subject = subject_provenance(context.make_subject()->facts());
+  }
   const RunnerResult ran =
       run_cases(to_run, context, what.jobs, interrupted,
                 [&](const Outcome& outcome, std::size_t finished, std::size_t total) {
@@ -589,7 +597,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
     }
   }
   if (options.subject.foreign()) {
-    results.provenance.merge(subject_provenance(context.make_subject()->facts()));
+    results.provenance.merge(of_subject);
     results.provenance["coverage"] = coverage(results.outcomes);
     if (!options.quiet) { std::printf("%s\n", results.provenance["coverage"].c_str()); }
   }
@@ -597,15 +605,15 @@ int judge(const ValidateOptions& options, const Judging& what) {
   if (options.slack) { tell_slack(results.outcomes); }
   tell_end(results.outcomes, cases.size(), folder / "report.html");
   if (ran.interrupted) {
-    std::fflush(nullptr);
-    std::_Exit(interrupted_code);  // cases still run on threads that cannot be stopped
+    std::fflush(stdout);
+    io::end_process(interrupted_code);  // cases still run on threads that cannot be stopped
   }
   if (tally(results.outcomes).holds()) { return done; }
   const bool none_ran = std::ranges::all_of(results.outcomes, [](const Outcome& one) {
     return one.status == Status::skip && one.reason().starts_with("not run: ");
   });
   if (results.outcomes.empty() || !none_ran) { return fell_short; }
-  std::fprintf(stderr, "palpate: %s\n", results.outcomes.front().reason().c_str());
+  std::fprintf(stderr, "palpate: %s\n", io::printable(results.outcomes.front().reason()).c_str());
   return machine_cannot;
 }
 
@@ -617,7 +625,7 @@ std::vector<Case> subject_cases() {
 }
 
 int run_validate(const ValidateOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   if (options.subject.foreign()) {
     const SubjectFacts facts = make_subject(options.subject)->facts();
@@ -679,14 +687,15 @@ const std::map<std::string, std::string>& advice() {
 
 /// Compares what a subject declares with what it does, in the short form of all cases, with advice.
 int run_subject_check(const ValidateOptions& given) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   ValidateOptions options = given;
   options.quick = true;
   const SubjectFacts facts = make_subject(options.subject)->facts();
   if (!options.quiet) {
-    std::printf("%s %s (%s), %s\ncapabilities: %s\nparameters: %s\n", facts.name.c_str(),
-                facts.version.c_str(), facts.licence.c_str(), facts.carrier.c_str(),
-                names_of(facts.capabilities).c_str(), facts.parameters.c_str());
+    std::printf("%s %s (%s), %s\ncapabilities: %s\nparameters: %s\n",
+                io::printable(facts.name).c_str(), io::printable(facts.version).c_str(),
+                io::printable(facts.licence).c_str(), io::printable(facts.carrier).c_str(),
+                names_of(facts.capabilities).c_str(), io::printable(facts.parameters).c_str());
   }
   return judge(options, {.title = "Check of " + facts.name + " " + facts.version,
                          .cases = subject_cases(),
@@ -759,7 +768,7 @@ int bench_ticks(const BenchOptions& options, Judging judging) {
 
 /// Runs cases one at a time, so that they do not disturb each other's timing.
 int run_bench(const BenchOptions& options) {
-  catch_interrupts();
+  keep_results_of_interrupted();
   Judging judging{.title = "Palpate benchmark", .jobs = 1};
   if (!options.overrides.empty() && options.ticks.empty()) {
     throw InputError("bench: --set overrides keys of the scenes of --ticks; there are none");

@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <set>
 #include <stdexcept>
 
 #include "model/problem/recording.hpp"
@@ -256,6 +258,37 @@ std::string subject_of(const Group& group) {
   return found == unit_subjects.end() ? "value" : found->second;
 }
 
+/// Rows that a curve keeps: of a long trace the smallest and largest of each of many parts, and its
+/// gaps, so that a page of a long run needs little memory and its picture does not change.
+std::vector<std::size_t> rows_of_curve(const std::vector<double>& values) {
+  constexpr std::size_t part_count = 10'000;  // several for each pixel
+  std::vector<std::size_t> rows;
+  if (values.size() <= 4 * part_count) {
+    rows.resize(values.size());
+    std::iota(rows.begin(), rows.end(), std::size_t{0});
+    return rows;
+  }
+  for (std::size_t part = 0; part < part_count; ++part) {
+    const std::size_t begin = part * values.size() / part_count;
+    const std::size_t end = (part + 1) * values.size() / part_count;
+    std::optional<std::size_t> gap, least, largest;
+    for (std::size_t n = begin; n < end; ++n) {
+      if (!std::isfinite(values[n])) {
+        gap = gap.value_or(n);
+        continue;
+      }
+      if (!least || values[n] < values[*least]) { least = n; }
+      if (!largest || values[n] > values[*largest]) { largest = n; }
+    }
+    std::set<std::size_t> kept{part == 0 ? begin : end - 1};
+    for (const auto& row : {gap, least, largest}) {
+      if (row) { kept.insert(*row); }
+    }
+    rows.insert(rows.end(), kept.begin(), kept.end());
+  }
+  return rows;
+}
+
 Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {
   const std::string subject = subject_of(group);
   Figure figure{
@@ -265,7 +298,10 @@ Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {
       .x = {.label = "time (s)"},
       .y = {.label = subject + " (" + group.unit + ")"}};
   for (const Column* column : group.columns) {
-    Series series{.label = short_name(*column), .x = trace.time, .y = column->values};
+    const std::vector<std::size_t> rows = rows_of_curve(column->values);
+    Series series{.label = short_name(*column),
+                  .x = picked(trace.time, rows, 1.0),
+                  .y = picked(column->values, rows, 1.0)};
     if (as_displacement(group)) {
       for (double& y : series.y) { y -= column->values.front(); }
     }
@@ -291,11 +327,14 @@ Figure figure_over(const Trace& trace, Over over, const std::string& id, const s
 void add_column(Figure& figure, const Trace& trace, Over over, const std::string& column,
                 const std::string& label, double factor, Series::Style style) {
   if (trace.find(column) == nullptr) { return; }
+  const std::vector<double>& values = values_of(trace, column);
+  const std::vector<std::size_t> rows = rows_of_curve(values);
+  const bool time = over == Over::time;
   figure.series.push_back(
       {.label = label,
        .style = style,
-       .x = over == Over::time ? trace.time : values_of(trace, "tool.depth_m", mm),
-       .y = values_of(trace, column, factor)});
+       .x = picked(time ? trace.time : values_of(trace, "tool.depth_m"), rows, time ? 1.0 : mm),
+       .y = picked(values, rows, factor)});
 }
 
 bool has_tool(const Trace& trace) {
@@ -306,12 +345,6 @@ const std::vector<double>& values_of(const Trace& trace, const std::string& name
   const Column* column = trace.find(name);
   if (column == nullptr) { throw std::out_of_range("the trace has no column " + name); }
   return column->values;
-}
-
-std::vector<double> values_of(const Trace& trace, const std::string& name, double factor) {
-  std::vector<double> values = values_of(trace, name);
-  for (double& value : values) { value *= factor; }
-  return values;
 }
 
 std::vector<std::size_t> first_pass(const Trace& trace) {

@@ -17,9 +17,6 @@ bool has_tool(const Trace& trace);
 /// Returns the values of a column. Throws std::out_of_range if the trace has no such column.
 const std::vector<double>& values_of(const Trace& trace, const std::string& name);
 
-/// Same, with each value multiplied by `factor`.
-std::vector<double> values_of(const Trace& trace, const std::string& name, double factor);
-
 /// Horizontal axis of a figure: time [s], or depth of the tip [mm].
 enum class Over { time, depth };
 

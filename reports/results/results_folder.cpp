@@ -521,11 +521,13 @@ Results read_run_folder(const std::filesystem::path& folder) {
 }
 
 void write_results_folder(const std::filesystem::path& folder, const Results& results) {
+  const io::WholeWrite whole;
   const std::filesystem::path traces = folder / "traces";
   std::error_code problem;
   std::filesystem::create_directories(traces, problem);
   if (problem) {
-    throw InputError(traces.string() + ": cannot be made; a folder that can be written");
+    throw InputError(traces.string() + ": cannot be created: " + problem.message() +
+                     "; a folder that can be written is needed");
   }
   // An interruption leaves no older results.json beside newer traces.
   fs::remove(folder / "results.json", problem);
@@ -546,6 +548,7 @@ void write_baseline(const fs::path& path, const gate::Baseline& baseline) {
   if (path.extension() == ".h5") {
     throw InputError(path.string() + ": is a name of curves; a name with another ending, as .json");
   }
+  const io::WholeWrite whole;
   const fs::path temporary = io::temporary_name(path);
   fs::path curves;
   try {

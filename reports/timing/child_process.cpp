@@ -47,6 +47,12 @@ pid_t start(std::vector<std::string> words, const std::filesystem::path& output,
   constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC;
   const int to_output = open(output.c_str(), flags, 0600);
   const int to_errors = open(errors.c_str(), flags, 0600);
+  if (to_output < 0 || to_errors < 0) {
+    const std::string problem = std::strerror(errno);
+    close(to_output);
+    io::refuse_file(to_output < 0 ? output : errors,
+                    "cannot be written: " + problem + "; space for temporary files is needed");
+  }
   const pid_t child = fork();
   if (child == 0) { become(arguments.data(), to_output, to_errors); }
   const std::string problem = std::strerror(errno);
@@ -85,10 +91,13 @@ std::string why_not(const std::filesystem::path& valgrind) {
 std::vector<std::string> command_of(const std::filesystem::path& valgrind,
                                     const std::filesystem::path& folder,
                                     const std::vector<std::string>& words) {
-  std::vector<std::string> command{
-      valgrind.string(),      "--tool=callgrind",
-      "--instr-atstart=no",   "--callgrind-out-file=" + (folder / "part").string(),
-      own_program().string(), "steps"};
+  std::vector<std::string> command{valgrind.string(),
+                                   "--tool=callgrind",
+                                   "--instr-atstart=no",
+                                   "--vgdb=no",
+                                   "--callgrind-out-file=" + (folder / "part").string(),
+                                   own_program().string(),
+                                   "steps"};
   command.insert(command.end(), words.begin(), words.end());
   return command;
 }

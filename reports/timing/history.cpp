@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "fixtures/io/file_bytes.hpp"
@@ -32,6 +33,14 @@ HistoryLine line_from(const std::string& text) {
     line.quantities[name] = {.value = each.at("value"), .unit = each.at("unit")};
   }
   return line;
+}
+
+/// Returns the size without the last line, if that has neither an end nor a whole JSON object: a
+/// write that a crash or a full disk cut short.
+std::size_t whole_lines(const std::string& text) {
+  const std::size_t end = text.rfind('\n');
+  const std::size_t begin = end == std::string::npos ? 0 : end + 1;
+  return Json::accept(text.substr(begin)) ? text.size() : begin;
 }
 
 Series curve_of(const Trend& trend) {
@@ -109,31 +118,45 @@ std::string to_text(const HistoryLine& line) {
 std::vector<HistoryLine> read_history(const std::filesystem::path& file) {
   std::vector<HistoryLine> history;
   if (!std::filesystem::exists(file)) { return history; }
-  std::istringstream lines(io::read_text(file, most_history_bytes));
+  const std::string all = io::read_text(file, most_history_bytes);
+  std::istringstream lines(all.substr(0, whole_lines(all)));
   for (std::string text; std::getline(lines, text);) {
     try {
       history.push_back(line_from(text));
     } catch (const Json::exception&) {
       throw InputError(
           file.string() + ":" + std::to_string(history.size() + 1) +
-          ": no run of the benchmark; one line as `palpate bench --history` appends them");
+          ": no run of the benchmark; one line as `palpate bench --history` appends them is "
+          "needed; remove the line");
     }
   }
   return history;
 }
 
 void append_history(const std::filesystem::path& file, const HistoryLine& line) {
-  const std::string text = to_text(line);
+  const io::WholeWrite whole;
+  const auto fail = [&file](const std::string& reason) {
+    throw InputError(file.string() + ": cannot be written: " + reason + "; a file for the history");
+  };
   const int to = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, for_all_to_read);
-  const ssize_t written = to < 0 ? -1
-                                 : write(to, text.data(),
-                                         text.size());  // one call: no mixed lines
-  const int problem = errno;
-  if (to >= 0) { close(to); }
-  if (written != static_cast<ssize_t>(text.size())) {
-    throw InputError(file.string() + ": cannot be written: " + std::strerror(problem) +
-                     "; a file for the history");
+  if (to < 0) { fail(std::strerror(errno)); }
+  (void)flock(to, LOCK_EX);  // until it is closed: no mixed lines
+  const std::string before = io::read_text(file, most_history_bytes);
+  const std::size_t kept = whole_lines(before);
+  if (kept < before.size()) { (void)!ftruncate(to, static_cast<off_t>(kept)); }
+  const bool unended = kept > 0 && before[kept - 1] != '\n';
+  const std::string text = (unended ? "\n" : "") + to_text(line);
+  std::string_view left = text;
+  while (!left.empty()) {
+    const ssize_t written = write(to, left.data(), left.size());
+    if (written < 0 && errno == EINTR) { continue; }
+    if (written <= 0) { break; }
+    left.remove_prefix(static_cast<std::size_t>(written));
   }
+  const std::string problem = std::strerror(errno);
+  if (!left.empty()) { (void)!ftruncate(to, static_cast<off_t>(kept)); }
+  close(to);
+  if (!left.empty()) { fail(problem); }
 }
 
 std::vector<Trend> trends_of(const std::vector<HistoryLine>& history) {

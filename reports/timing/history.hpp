@@ -27,12 +27,13 @@ struct HistoryLine {
 HistoryLine history_line_of(const Results& results);
 
 /// Reads a history file. A missing file gives an empty history. Throws InputError with file and
-/// line if a line does not have the format of to_text().
+/// line if a line does not have the format of to_text(). A last line that was cut short is ignored.
 std::vector<HistoryLine> read_history(const std::filesystem::path& file);
 
 std::string to_text(const HistoryLine& line);
 
-/// Appends one line in a single write. Throws InputError if the file cannot be written.
+/// Appends one line whole or not at all, and removes a last line that was cut short. Throws
+/// InputError if the file cannot be written.
 void append_history(const std::filesystem::path& file, const HistoryLine& line);
 
 /// Trends of the counted quantities of the last run, over all runs with the same compiler.

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <fcntl.h>
+#include <poll.h>
 #include <termios.h>
 #include <thread>
 #include <unistd.h>
@@ -71,6 +72,58 @@ TEST("a driver loads an image of every byte value over a pty, and every request 
   CHECK(driver.counts().lost == 0);
   service.stop();
   CHECK(service.emulator().firmware().replies() == driver.counts().requests);
+}
+
+TEST("a client that never reads delays the first lost write alone") {
+  std::array<int, 2> pipe{};
+  CHECK(::pipe(pipe.data()) == 0);
+  DescriptorLink link(pipe[0], pipe[1]);
+  const std::vector<std::uint8_t> bytes(512);
+  while (link.write(bytes)) {}  // until the pipe is full
+  // 50 ms each would be 5000 s, more than the TIMEOUT of CTest.
+  for (int n = 0; n < 100'000; ++n) { CHECK(!link.write(bytes)); }
+  std::vector<std::uint8_t> taken(1 << 17);
+  CHECK(link.read(taken) > 0);
+  CHECK(link.write(bytes));
+  ::close(pipe[0]);
+  ::close(pipe[1]);
+}
+
+TEST("a change of baud rate after the upload ends it, so that the first packet is not echoed") {
+  sample::SummingBody body;
+  PtyLink device;
+  Emulator emulator(body);
+  const int client = ::open(device.path().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  const auto baud = [client](speed_t speed) {
+    termios settings{};
+    (void)::tcgetattr(client, &settings);
+    (void)::cfsetspeed(&settings, speed);
+    (void)::tcsetattr(client, TCSANOW, &settings);
+  };
+  const auto exchange = [&](const std::vector<std::uint8_t>& bytes, std::size_t expected) {
+    CHECK(::write(client, bytes.data(), bytes.size()) == std::ssize(bytes));
+    std::vector<std::uint8_t> answer;
+    while (answer.size() < expected) {
+      emulator.serve(device);
+      std::array<std::uint8_t, 64> part{};
+      pollfd readable{.fd = client, .events = POLLIN, .revents = 0};
+      if (::poll(&readable, 1, 1) <= 0) { continue; }
+      const ssize_t count = ::read(client, part.data(), part.size());
+      answer.insert(answer.end(), part.begin(), part.begin() + count);
+    }
+    return answer;
+  };
+  baud(B9600);
+  CHECK(exchange({0x0A, 0x43, 0x0D}, 4) == (std::vector<std::uint8_t>{0x0A, 0x44, 0x2C, 0x0D}));
+  baud(B115200);  // before the upload: no meaning
+  CHECK(exchange({0x41, 1, 2, 3}, 4) == (std::vector<std::uint8_t>{0x41, 1, 2, 3}));
+  baud(B460800);
+  const PacketBytes packet = encode(HostPacket{});
+  const std::vector<std::uint8_t> answer = exchange({packet.begin(), packet.end()}, packet_bytes);
+  CHECK(answer.size() == packet_bytes);  // the reply alone
+  CHECK(emulator.firmware().echoed_bytes() == 4);
+  CHECK(emulator.firmware().count(FirmwareEvent::early_run) == 0);
+  ::close(client);
 }
 
 TEST("after a client that leaves within a packet the next is served on the same path") {

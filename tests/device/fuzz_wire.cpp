@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "device/falcon/driver.hpp"
+#include "device/pressure_link/frame.hpp"
 #include "tests/device/falcon/samples.hpp"
 
 namespace {
@@ -51,6 +52,26 @@ template <class Packet> void fuzz_reader(Bytes bytes) {
        16 * counts.frames + counts.skipped_bytes +
            static_cast<std::int64_t>(reader.pending_bytes()));
   for (const Packet& packet : found) { MUST(decode<Packet>(encode(packet)) == packet); }
+}
+
+/// Reader of the pressure link: counts every byte once, and returns only frames that decode.
+void fuzz_pressure_link(Bytes bytes) {
+  namespace link = palpate::device::pressure_link;
+  link::FrameReader reader;
+  std::int64_t found = 0;
+  for (const std::uint8_t byte : bytes) {
+    if (const auto received = reader.take(byte)) {
+      ++found;
+      MUST(link::decode(link::encode(received->frame)) == received->frame);
+      MUST(received->missing_before >= 0 && received->missing_before < 256);
+    }
+    MUST(reader.pending_bytes() < link::frame_bytes);
+  }
+  const link::ReaderCounts& counts = reader.counts();
+  MUST(counts.frames == found);
+  MUST(static_cast<std::int64_t>(bytes.size()) ==
+       static_cast<std::int64_t>(link::frame_bytes) * (counts.frames + counts.repeated) +
+           counts.skipped_bytes + static_cast<std::int64_t>(reader.pending_bytes()));
 }
 
 constexpr FirmwareOptions options{};
@@ -123,6 +144,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Bytes input(data, size);
   fuzz_reader<HostPacket>(input);
   fuzz_reader<DevicePacket>(input);
+  fuzz_pressure_link(input);
   fuzz_firmware(input);
   if (size <= 2048) { fuzz_emulator(input); }
   return 0;
