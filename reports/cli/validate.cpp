@@ -18,9 +18,12 @@
 
 #include "fixtures/io/csv_tables.hpp"
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scene_file.hpp"
+#include "fixtures/io/scene_folder.hpp"
 #include "fixtures/io/toml_file.hpp"
 #include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
@@ -323,6 +326,22 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
     return outside_network(folders, name);
   };
   context.damaged_files = try_damaged_files;
+  context.library = [] {
+    std::vector<Material> materials;
+    for (const io::LibraryMaterial& each : io::material_library()) {
+      materials.push_back(each.material);
+    }
+    return materials;
+  };
+  context.shipped_scene = [](std::string_view name) -> std::optional<Scene> {
+    const fs::path file = source_folder() / "fixtures" / "scenes" / (std::string(name) + ".toml");
+    return fs::exists(file) ? std::optional(io::read_scene(file).scene) : std::nullopt;
+  };
+  context.through_files = [](const Scene& scene, const SpringNetwork& network) {
+    const io::ScratchFolder folder;
+    io::write_scene_folder(folder.path(), {.scene = scene, .network = network, .needs = {}});
+    return build_network(io::read_scene(folder.path() / "scene.toml").scene);
+  };
   if (options.subject.foreign()) {
     context.subject = [choice = confined(options.subject, options, {cached})] {
       return make_subject(choice);
