@@ -59,6 +59,19 @@ Scene timed(Scene scene, double duration, double step,
   return scene;
 }
 
+TEST("the lateral force is the part of the tissue's force across the needle") {
+  Scene scene = timed(layered_scene(), 0.3, 1e-3);
+  scene.needle->direction = {std::sin(0.5), 0.0, std::cos(0.5)};
+  Insertion run(scene);
+  double largest = 0.0;
+  run.run([&] {
+    const ToolForces& f = run.tool.forces;
+    CHECK_NEAR(f.lateral, f.on_tool.cross(scene.needle->direction).norm(), 1e-12);  // rounding
+    largest = std::max(largest, f.lateral);
+  });
+  CHECK(largest > 1e-3);
+}
+
 TEST("a needle meets its layers in order and loses resistance in the epidural space") {
   Insertion run(timed(layered_scene(), 0.75, 1e-3));
   double peak = 0.0;

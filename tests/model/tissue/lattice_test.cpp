@@ -92,6 +92,17 @@ TEST("the stiffness of all springs adds up to that of the cells") {
   }
 }
 
+TEST("the damping ratio of a mixed cell is the mean over its volume") {
+  MaterialMean mean;
+  CellMaterial soft;
+  soft.damping_ratio = 0.4;
+  CellMaterial stiff;
+  stiff.damping_ratio = 0.2;
+  mean.add(0.25, soft);
+  mean.add(0.5, stiff);
+  CHECK_NEAR(mean.mean().damping_ratio, (0.25 * 0.4 + 0.5 * 0.2) / 0.75, 1e-15);  // rounding
+}
+
 TEST("node masses add up to density times volume, corners carrying an eighth of a cell") {
   const SpringNetwork network = cell_lattice({{4, 5, 6}, 0.01, 26}, soft);
   CHECK_NEAR(network.mass.sum(), 1000.0 * 60e-6, 1e-15);

@@ -291,6 +291,15 @@ MeshBody body(TriangleSurface surface, std::string material, int priority = 0) {
           .priority = priority};
 }
 
+TEST("a surface in millimetres is placed in metres") {
+  TriangleSurface sphere = sphere_surface({5.0, 0.0, 20.0}, 20.0, 24);
+  place_in_tissue(sphere, 1e-3, FileAxis::z_plus, {0.005, 0.0, 0.0});
+  // Rounding of 40 mm.
+  CHECK_NEAR(sphere.vertex.row(2).maxCoeff(), 0.040, 1e-15);
+  CHECK_NEAR(sphere.vertex.row(2).minCoeff(), 0.0, 1e-15);
+  CHECK_NEAR(sphere.vertex.row(0).maxCoeff() + sphere.vertex.row(0).minCoeff(), 0.0, 1e-15);
+}
+
 VoxelTissue build(const std::vector<MeshBody>& bodies, const MeshSettings& settings) {
   std::vector<Violation> broken;
   VoxelTissue tissue = mesh_tissue(bodies, settings, materials, broken);
