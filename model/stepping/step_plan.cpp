@@ -343,8 +343,8 @@ void see_added_damping(const NetworkProblem& problem, StepPlan& plan) {
   if (plan.stepped_damping_ratio - own <= allowed) { return; }
   // Implicit Euler adds omega h / 2.
   const double enough = std::ceil(plan.substeps * 0.5 * plan.first_mode->omega * plan.h / allowed);
-  plan.warnings.push_back(mode +
-                          ": vibrations end too soon; simulation.substeps = " + number(enough) +
+  plan.warnings.push_back(mode + ": vibrations end too soon; simulation.substeps = " +
+                          std::to_string(std::lround(std::min(enough, 1e6))) +
                           " adds no more than the material's own, or " + number(negligible));
 }
 

@@ -76,9 +76,18 @@ std::string simulator_in(const std::map<std::string, std::string>& provenance) {
   return subject.empty() ? "palpate" : subject.substr(0, subject.rfind(' '));
 }
 
-/// Throws InputError if results and baseline are of different simulators, or not of --subject.
+/// Throws InputError if results and baseline are of different commands or simulators, or not of
+/// --subject.
 void check_simulator(const GateOptions& options, const Results& results,
                      const gate::Baseline& baseline) {
+  const bool baseline_of_run = baseline.find("run") != nullptr;
+  const bool results_of_run = std::ranges::count(results.outcomes, "run", &Outcome::name) > 0;
+  if (!baseline.cases.empty() && baseline_of_run != results_of_run) {
+    const auto maker = [](bool run) { return run ? "palpate run" : "palpate validate or bench"; };
+    throw InputError(options.baseline.string() + ": is a baseline of `" + maker(baseline_of_run) +
+                     "`; " + options.results.string() + " holds results of `" +
+                     maker(results_of_run) + "`. A baseline of its own is needed");
+  }
   const std::string found = simulator_in(results.provenance);
   const std::string accepted = simulator_in(baseline.provenance);
   if (!baseline.cases.empty() && found != accepted) {

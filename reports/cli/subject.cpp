@@ -42,6 +42,13 @@ void add_subject_options(CLI::App& command, SubjectChoice& choice) {
   add_value(command, "--column", choice.columns, "NAME=ROLE",
             "column of a trace and its role: a column of trace.csv, with _ms, _mm, _mN, _kPa or "
             "_mmHg for other units; repeatable");
+  command.parse_complete_callback([&choice] {
+    if (choice.columns.empty() || choice.subject.starts_with("trace:")) { return; }
+    throw CLI::ValidationError("--column",
+                               "assigns columns of --subject trace:FILE.csv, which is "
+                               "not given; `palpate import FILE --column NAME=ROLE` "
+                               "reads columns of a recording");
+  });
 }
 
 std::filesystem::path default_cache_folder() {

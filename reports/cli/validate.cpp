@@ -350,18 +350,19 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
   return context;
 }
 
-/// Prints a finished case. A reason that the case before has is not repeated.
+/// Prints a finished case. A long reason that the case before has is not repeated.
 void tell_case(const ValidateOptions& options, const Outcome& outcome, std::size_t finished,
                std::size_t total) {
   static std::string last;
   const std::string reason = outcome.reason();
-  const bool same = !reason.empty() && reason == last;
+  const bool same = reason.size() > 80 && reason == last;
   last = reason;
   std::string status(name_of(outcome.status));
   status.resize(5, ' ');
   std::printf("%3zu/%zu %s %7.2f s  %s%s%s\n", finished, total,
               in_colour(status, outcome.status).c_str(), outcome.seconds, outcome.name.c_str(),
-              reason.empty() ? "" : ": ", same ? "the same" : io::printable(reason).c_str());
+              reason.empty() ? "" : ": ",
+              same ? "the same as before" : io::printable(reason).c_str());
   for (const Quantity& q : outcome.quantities) {
     if (!options.verbose && (!q.judged() || q.holds())) { continue; }
     std::printf("            %s = %.6g%s", q.name.c_str(), q.value,

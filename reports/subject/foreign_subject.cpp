@@ -622,9 +622,6 @@ std::unique_ptr<Subject> make_subject(const SubjectChoice& choice,
   if (choice.subject.starts_with(trace)) {
     return std::make_unique<TraceSubject>(choice.subject.substr(trace.size()), choice.columns);
   }
-  if (!choice.columns.empty()) {
-    throw InputError("--column assigns columns of a trace; --subject trace:FILE.csv has them");
-  }
   try {
     return std::make_unique<ForeignSubject>(
         connect_subject(choice.subject, choice.in_process, choice.limits), choice.options_json,
