@@ -26,26 +26,32 @@ bool is_notable(const Change& change) {
 /// Number as text; empty for curves, which have no single number.
 std::string number_of(const Change& change, double value) {
   const bool number = change.before != 0.0 || change.now != 0.0;
-  return number ? plain_number(value, digits_apart(change.before, change.now)) + " " + change.unit
-                : "";
+  if (!number) { return {}; }
+  return plain_number(value, digits_apart(change.before, change.now)) +
+         (change.unit == "1" ? "" : " " + change.unit);
 }
 
 std::vector<std::string> row_of(const CaseChanges& one, const Change& change) {
+  const bool texts = !change.text_before.empty() || !change.text_now.empty();
   return {std::string(name_of(change.kind)),
           one.outcome.name,
-          change.item,
-          number_of(change, change.before),
-          number_of(change, change.now),
-          change.moved,
+          change.item.empty() ? "status" : change.item,
+          texts ? change.text_before : number_of(change, change.before),
+          texts ? change.text_now : number_of(change, change.now),
+          texts ? "" : change.moved,
           change.allowed};
 }
 
-/// Row of a case: its worst change and the number of further changes.
-std::vector<std::string> summary_of(const CaseChanges& one) {
-  std::vector<std::string> row = row_of(one, one.changes.front());
-  const auto more = std::ranges::count_if(one.changes, is_notable) - 1;
-  if (more > 0) { row[2] += (row[2].empty() ? "and " : ", and ") + std::to_string(more) + " more"; }
-  return row;
+/// Rows of a case that failed or improved: its worst changes and the number of further ones.
+std::vector<std::vector<std::string>> summary_of(const CaseChanges& one) {
+  constexpr std::ptrdiff_t most = 4;
+  std::vector<std::vector<std::string>> rows;
+  const auto all = std::max<std::ptrdiff_t>(1, std::ranges::count_if(one.changes, is_notable));
+  for (std::ptrdiff_t n = 0; n < std::min(most, all); ++n) {
+    rows.push_back(row_of(one, one.changes[static_cast<std::size_t>(n)]));
+  }
+  if (all > most) { rows.back()[2] += ", and " + std::to_string(all - most) + " more"; }
+  return rows;
 }
 
 /// Sorts changes with the worst first; changes of the same kind keep the order of the cases.
@@ -57,7 +63,9 @@ std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bo
         rows.emplace_back(change.kind, row_of(one, change));
       }
     } else if (one.fails() || one.better()) {
-      rows.emplace_back(one.changes.front().kind, summary_of(one));
+      for (std::vector<std::string>& row : summary_of(one)) {
+        rows.emplace_back(one.changes.front().kind, std::move(row));
+      }
     }
   }
   std::ranges::stable_sort(rows, std::ranges::greater{}, [](const auto& row) { return row.first; });

@@ -580,6 +580,8 @@ void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change
       found.push_back(broken(name, "is gone" + (text.empty() ? "" : ", was " + text)));
     } else if (other->second != text) {
       found.push_back(broken(name, "is " + other->second + ", was " + text));
+      found.back().text_before = text;
+      found.back().text_now = other->second;
     }
   }
   for (const auto& [name, text] : is) {

@@ -31,8 +31,10 @@ struct Change {
   double before = 0.0;
   double now = 0.0;
   std::string unit{};
-  std::string moved{};    ///< "0.31 digits worse", or what cannot be compared
-  std::string allowed{};  ///< "0.1 digits"
+  std::string moved{};        ///< "0.31 digits worse", or what cannot be compared
+  std::string allowed{};      ///< "0.1 digits"
+  std::string text_before{};  ///< of a text that changed, such as a key of the scene
+  std::string text_now{};
 
   [[nodiscard]] bool fails() const { return kind >= ChangeKind::worse; }
 };
