@@ -297,6 +297,12 @@ Figure figure_of(const Group& group, const Trace& trace, std::size_t index) {
       .caption = as_displacement(group) ? "Displacement from the first tick." : "At every tick.",
       .x = {.label = "time (s)"},
       .y = {.label = subject + " (" + group.unit + ")"}};
+  if (group.columns.front()->name == "tissue.smallest_jacobian") {
+    figure.title = "Smallest cell of the tissue";
+    figure.caption =
+        "Smallest volume of a cell's corner over that at rest, at the last of 200 checks.";
+    figure.y.label = "volume over rest (1)";
+  }
   for (const Column* column : group.columns) {
     const std::vector<std::size_t> rows = rows_of_curve(column->values);
     Series series{.label = short_name(*column),

@@ -827,8 +827,15 @@ std::unique_ptr<Connection> connect_subject(const std::string& subject, bool in_
   }
   const std::filesystem::path file = subject;
   if (file.extension() != ".so") {
-    throw InputError("--subject " + io::shown(subject) +
-                     ": unknown; model, PATH.so, exec:COMMAND or trace:FILE.csv");
+    const std::string kind = file.extension().string();
+    const char* runner = kind == ".py"                     ? "python3 "
+                         : kind == ".js" || kind == ".mjs" ? "node "
+                         : std::filesystem::exists(file)   ? ""
+                                                           : nullptr;
+    const std::string near =
+        runner == nullptr ? "" : "did you mean \"exec:" + (runner + io::shown(subject)) + "\"? ";
+    throw InputError("--subject " + io::shown(subject) + ": unknown; " + near +
+                     "model, PATH.so, exec:COMMAND or trace:FILE.csv");
   }
   if (!std::filesystem::exists(file)) {
     throw InputError(file.string() + ": no such file; a shared library is needed");

@@ -45,6 +45,6 @@ judged "$out/self" "$palpate" bench bench/self-test/s26 --self-test 1
 judged "$out/paired" "$palpate" bench bench/paired/s26 --against "$out/copy.so" --history "$out/history.jsonl"
 [ "$(wc -l <"$out/history.jsonl")" -eq 1 ] || fail "no line of history"
 grep -q 'bench/history' "$out/paired/results.json" || fail "history was not judged"
-printf 'half a li' >>"$out/history.jsonl"
+printf 'no line of history\n' >>"$out/history.jsonl"
 refused 'history.jsonl:2: ' "$palpate" bench bench/frontier/oscillator --history "$out/history.jsonl" --out "$out/none"
 [ ! -e "$out/none" ] || fail "something was written"
