@@ -80,10 +80,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::array<double, 12> audit_of(const ToolReport& tool) {
+std::array<double, 15> audit_of(const ToolReport& tool) {
   const ToolLosses& lost = tool.losses;
-  return {tool.velocity, tool.depth,   tool.cut,    tool.slip, tool.mass,    lost.cutting,
-          lost.friction, lost.damping, lost.impact, lost.jerk, lost.impulse, lost.hand};
+  const Eigen::Vector3d& on_tool = tool.forces.on_tool;
+  return {tool.velocity, tool.depth,  tool.cut,    tool.slip,    tool.mass,
+          on_tool.x(),   on_tool.y(), on_tool.z(), lost.cutting, lost.friction,
+          lost.damping,  lost.impact, lost.jerk,   lost.impulse, lost.hand};
 }
 
 /// Writes rows and frames of a trace. Memory for all rows is reserved on construction.
@@ -306,12 +308,21 @@ class Sampler {
 }  // namespace
 
 std::vector<Column> tool_audit_columns() {
-  return {{"tool.velocity_m_per_s", "m/s", {}}, {"tool.tip_depth_m", "m", {}},
-          {"tool.deepest_cut_m", "m", {}},      {"tool.slip_m_per_s", "m/s", {}},
-          {"tool.mass_kg", "kg", {}},           {"loss.cutting_j", "J", {}},
-          {"loss.friction_j", "J", {}},         {"loss.damping_j", "J", {}},
-          {"loss.impact_j", "J", {}},           {"loss.impact_hand_j", "J", {}},
-          {"loss.impulse_ns", "N s", {}},       {"loss.hand_j", "J", {}}};
+  return {{"tool.velocity_m_per_s", "m/s", {}},
+          {"tool.tip_depth_m", "m", {}},
+          {"tool.deepest_cut_m", "m", {}},
+          {"tool.slip_m_per_s", "m/s", {}},
+          {"tool.mass_kg", "kg", {}},
+          {"tool.on_x_n", "N", {}},
+          {"tool.on_y_n", "N", {}},
+          {"tool.on_z_n", "N", {}},
+          {"loss.cutting_j", "J", {}},
+          {"loss.friction_j", "J", {}},
+          {"loss.damping_j", "J", {}},
+          {"loss.impact_j", "J", {}},
+          {"loss.impact_hand_j", "J", {}},
+          {"loss.impulse_ns", "N s", {}},
+          {"loss.hand_j", "J", {}}};
 }
 
 Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& options,

@@ -65,7 +65,8 @@ struct SampleOptions {
 
 /// Returns the audit columns "tool.velocity_m_per_s", "tool.tip_depth_m" (in the undeformed
 /// tissue), "tool.deepest_cut_m", "tool.slip_m_per_s" (shaft relative to the tissue),
-/// "tool.mass_kg", and the energy losses "loss.cutting_j", "loss.friction_j", "loss.damping_j",
+/// "tool.mass_kg", the force of the tissue on the tool "tool.on_x_n", "tool.on_y_n", "tool.on_z_n"
+/// (tissue frame), and the energy losses "loss.cutting_j", "loss.friction_j", "loss.damping_j",
 /// "loss.impact_j", "loss.impact_hand_j", "loss.impulse_ns", "loss.hand_j".
 std::vector<Column> tool_audit_columns();
 

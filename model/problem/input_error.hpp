@@ -11,4 +11,10 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A file that does not exist.
+class AbsentFile : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 }  // namespace palpate

@@ -104,8 +104,14 @@ std::filesystem::path default_cache_folder();
 SubjectChoice confined(const SubjectChoice& choice, const CommonOptions& options,
                        const std::vector<std::filesystem::path>& more = {});
 
-/// Creates a folder. Throws InputError if it exists and is not empty.
-void make_empty_folder(const std::filesystem::path& folder);
+/// File that a command writes from a text of the program.
+struct TemplateFile {
+  std::string_view name;
+  std::string_view text;
+};
+
+/// Writes files into a new folder. Throws InputError if it exists and is not empty.
+void write_new_folder(const std::filesystem::path& folder, const std::vector<TemplateFile>& files);
 
 /// Writes the skeleton of a simulator into a new folder. Returns the command that builds and checks
 /// it. Throws InputError.
@@ -188,6 +194,12 @@ Command<Options> add_command(Program& program, const std::string& name, const st
     };
   });
   return {*command, *options};
+}
+
+/// Returns the commands of a program or the subcommands of a command, in the order of the help
+/// text.
+inline std::vector<const CLI::App*> subcommands_of(const CLI::App& parent) {
+  return parent.get_subcommands([](const CLI::App*) { return true; });
 }
 
 /// Names of all commands, grouped by task, with one line each.

@@ -24,7 +24,7 @@ struct NamedCommand {
 };
 
 void collect(const CLI::App& parent, const std::string& path, std::vector<NamedCommand>& all) {
-  for (const CLI::App* child : parent.get_subcommands([](const CLI::App*) { return true; })) {
+  for (const CLI::App* child : subcommands_of(parent)) {
     all.push_back({path.empty() ? child->get_name() : path + " " + child->get_name(), child});
     collect(*child, all.back().path, all);
   }
@@ -62,13 +62,6 @@ std::string escaped(const std::string& text, std::string_view special) {
   return result;
 }
 
-/// Text between single quotes of a POSIX shell.
-std::string in_single_quotes(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) { result += c == '\'' ? "'\\''" : std::string(1, c); }
-  return result + "'";
-}
-
 std::string joined_words(const std::vector<std::string>& words, const char* between) {
   std::string text;
   for (const std::string& word : words) { text += (text.empty() ? "" : between) + word; }
@@ -78,9 +71,7 @@ std::string joined_words(const std::vector<std::string>& words, const char* betw
 /// Words that may follow a command: subcommands and options.
 std::string words_after(const CLI::App& command) {
   std::vector<std::string> words;
-  for (const CLI::App* child : command.get_subcommands([](const CLI::App*) { return true; })) {
-    words.push_back(child->get_name());
-  }
+  for (const CLI::App* child : subcommands_of(command)) { words.push_back(child->get_name()); }
   for (const CLI::Option* option : shown_options(command)) {
     for (const std::string& name : spellings(*option)) { words.push_back(name); }
   }
@@ -91,7 +82,7 @@ std::string bash_script(const CLI::App& app) {
   std::string known;
   std::string words = "    '') words='" + words_after(app) + "' ;;\n";
   for (const NamedCommand& each : all_commands(app)) {
-    known += (known.empty() ? "" : "|") + in_single_quotes(each.path);
+    known += (known.empty() ? "" : "|") + in_shell_quotes(each.path);
     words += "    '" + each.path + "') words='" + words_after(*each.app) + "' ;;\n";
   }
   return "# bash completion of palpate; written by `palpate completion bash`\n"
@@ -116,9 +107,9 @@ std::string bash_script(const CLI::App& app) {
 
 std::string zsh_commands(const CLI::App& parent) {
   std::string list;
-  for (const CLI::App* child : parent.get_subcommands([](const CLI::App*) { return true; })) {
+  for (const CLI::App* child : subcommands_of(parent)) {
     list += " \\\n      " +
-            in_single_quotes(child->get_name() + ":" + escaped(child->get_description(), ":\\"));
+            in_shell_quotes(child->get_name() + ":" + escaped(child->get_description(), ":\\"));
   }
   return list;
 }
@@ -129,7 +120,7 @@ std::string zsh_options(const CLI::App& command) {
     const std::string what = escaped(option->get_description(), "[]:\\");
     for (const std::string& name : spellings(*option)) {
       const std::string value = takes_value(*option) ? ":value:_files" : "";
-      list += " \\\n        " + in_single_quotes("*" + name + "[" + what + "]" + value);
+      list += " \\\n        " + in_shell_quotes("*" + name + "[" + what + "]" + value);
     }
   }
   return list;
@@ -138,13 +129,13 @@ std::string zsh_options(const CLI::App& command) {
 std::string zsh_script(const CLI::App& app) {
   std::string cases;
   for (const NamedCommand& each : all_commands(app)) {
-    cases += "    " + in_single_quotes(each.path) + ")\n      _arguments" + zsh_options(*each.app) +
+    cases += "    " + in_shell_quotes(each.path) + ")\n      _arguments" + zsh_options(*each.app) +
              " \\\n        '*:file:_files' ;;\n";
   }
   std::string groups;
   for (const NamedCommand& each : all_commands(app)) {
-    if (each.app->get_subcommands([](const CLI::App*) { return true; }).empty()) { continue; }
-    groups += "  if [[ $command == " + in_single_quotes(each.path) +
+    if (subcommands_of(*each.app).empty()) { continue; }
+    groups += "  if [[ $command == " + in_shell_quotes(each.path) +
               " ]]; then\n    if (( CURRENT == 3 )); then\n      names=(" +
               zsh_commands(*each.app) +
               ")\n      _describe command names\n      return\n    fi\n"

@@ -21,9 +21,7 @@ struct HelpOptions : CommonOptions {
 
 std::vector<std::string> names_of_commands(const CLI::App& app) {
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(command->get_name());
-  }
+  for (const CLI::App* command : subcommands_of(app)) { names.push_back(command->get_name()); }
   return names;
 }
 
@@ -92,7 +90,7 @@ std::string commands_by_task(const CLI::App& app) {
   constexpr std::size_t column = 14;
   std::string text = app.get_description() + "\n";
   std::string task;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+  for (const CLI::App* command : subcommands_of(app)) {
     if (command->get_group() != task) {
       task = command->get_group();
       text += "\n" + task + "\n";

@@ -23,13 +23,9 @@ struct InitOptions : CommonOptions {
   std::string kind = "needle";
 };
 
-struct InitFile {
-  std::string_view name;
-  std::string_view text;
-};
 struct Kind {
   std::string_view name;
-  std::vector<InitFile> files;
+  std::vector<TemplateFile> files;
 };
 
 const std::vector<Kind>& kinds() {
@@ -92,10 +88,10 @@ int run_init(const InitOptions& options) {
   if (kind->files.empty()) {
     next = write_subject_skeleton("c", folder);
   } else {
-    make_empty_folder(folder);
-    const io::WholeWrite whole;
-    for (const InitFile& file : kind->files) { io::replace_file(folder / file.name, file.text); }
-    if (kind->name == "mri") { io::replace_file(folder / "image.nii", synthetic_image()); }
+    std::vector<TemplateFile> files = kind->files;
+    const std::string image = synthetic_image();
+    if (kind->name == "mri") { files.push_back({"image.nii", image}); }
+    write_new_folder(folder, files);
     next = "palpate run " + in_shell_quotes((folder / "scene.toml").string());
   }
   if (!options.quiet) { std::printf("%s: written. Next:\n", folder.c_str()); }
@@ -105,7 +101,7 @@ int run_init(const InitOptions& options) {
 
 }  // namespace
 
-void make_empty_folder(const fs::path& folder) {
+void write_new_folder(const fs::path& folder, const std::vector<TemplateFile>& files) {
   if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder))) {
     throw InputError(folder.string() +
                      ": exists and is not an empty folder; a new folder is needed");
@@ -113,6 +109,8 @@ void make_empty_folder(const fs::path& folder) {
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem) { throw InputError(folder.string() + ": " + problem.message()); }
+  const io::WholeWrite whole;
+  for (const TemplateFile& file : files) { io::replace_file(folder / file.name, file.text); }
 }
 
 void add_init(Program& program) {

@@ -730,7 +730,11 @@ std::string next_step(const RunOptions& options, const LoadedScene& loaded, cons
                       const std::vector<ErrorSource>& sources, const std::filesystem::path& page) {
   const std::string scene = in_shell_quotes(options.scene.string());
   if (run.trace.diverged) {
-    return "palpate inspect " + scene + " (its stable_step_s; an implicit integrator has no limit)";
+    std::string overrides;
+    for (const std::string& each : options.overrides) {
+      overrides += " --set " + in_shell_quotes(each);
+    }
+    return "palpate inspect " + scene + overrides + " (stable_step_s: largest stable step)";
   }
   if (run.late()) { return "palpate certify " + scene + " (is it this machine, or the scene?)"; }
   const bool open_question = std::ranges::any_of(

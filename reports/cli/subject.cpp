@@ -110,13 +110,9 @@ int run_export(const ExportOptions& options) {
   return done;
 }
 
-struct SkeletonFile {
-  std::string_view name;
-  std::string_view text;
-};
 struct Skeleton {
   std::string_view language;
-  std::vector<SkeletonFile> files;
+  std::vector<TemplateFile> files;
   std::string_view next;  ///< how to build and check it
 };
 
@@ -155,9 +151,7 @@ std::string write_subject_skeleton(const std::string& language, const fs::path& 
   if (found == skeletons().end()) {
     throw InputError("--language " + io::shown(language) + ": unknown; c, python or javascript");
   }
-  make_empty_folder(folder);
-  const io::WholeWrite whole;
-  for (const SkeletonFile& file : found->files) { io::replace_file(folder / file.name, file.text); }
+  write_new_folder(folder, found->files);
   return "cd " + in_shell_quotes(folder.string()) + " && " + std::string(found->next);
 }
 

@@ -421,8 +421,6 @@ void tell_end(const std::vector<Outcome>& outcomes, std::size_t total,
               page.string().c_str());
 }
 
-/// Prints the quantities that use less than a hundredth of their bound. Whole numbers are left out:
-/// a count of nothing uses none of it.
 /// Returns true if a quantity could change by far and stay within its bound: an error that is less
 /// than 1 % of what is allowed, or an interval that is wider than the value. Bounds of rounding are
 /// tight however little of them is used, because every other fault is larger by decades; values
@@ -436,6 +434,7 @@ bool is_loose(const Quantity& q) {
   return share_of_bound(q) < little && q.unit != "eps" && !(q.upper <= rounding);
 }
 
+/// Prints the quantities with loose bounds.
 void tell_slack(const std::vector<Outcome>& outcomes) {
   for (const Outcome& outcome : outcomes) {
     for (const Quantity& q : outcome.quantities) {
@@ -695,9 +694,8 @@ const std::map<std::string, std::string>& advice() {
        "`palpate validate subject/audit/drawn --subject ... --seed SEED` repeats the scene"},
       {"audit/repeat", "reset must restore positions, velocities, time and every inner state"},
       {"audit/substeps",
-       "set_parameter(\"substeps\", n) makes each step n integration steps of dt / n, from the "
-       "next "
-       "reset on"},
+       "after set_parameter(\"substeps\", n) and a reset, a step must be n integration steps of "
+       "dt / n"},
       {"audit/memory", "free the scene in destroy, and nothing may grow with the steps"},
       {"needle", "force is that of the tissue on the tool; the tool's depth is along z"},
       {"probe", "force is that of the tissue on the tool, over the whole face"},

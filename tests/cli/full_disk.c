@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Preloaded library that simulates a full disk: call number FULL_DISK_CALL that writes to a regular file, or creates or renames a
-   file, fails with ENOSPC. With FULL_DISK_STAYS the calls after it fail too, and the first write is cut short as a kernel does it.
+/* Preloaded library that simulates a full disk: call number FULL_DISK_CALL, of those that write to a regular file or that create
+   or rename a file, fails with ENOSPC. With FULL_DISK_STAYS the calls after it fail too, and the first write is cut short as a kernel does it.
    The failed call is noted in the file FULL_DISK_NOTE. Programs that the process starts are not affected. */
 
 #define _GNU_SOURCE
@@ -76,18 +76,12 @@ ssize_t writev(int file, const struct iovec* parts, int count) {
 ssize_t pwrite(int file, const void* bytes, size_t size, off_t at) {
   return fails_on("pwrite", file) ? -1 : syscall(SYS_pwrite64, file, bytes, size, at);
 }
-ssize_t pwrite64(int file, const void* bytes, size_t size, off64_t at) {
-  return fails_on("pwrite", file) ? -1 : syscall(SYS_pwrite64, file, bytes, size, at);
-}
 size_t fwrite(const void* bytes, size_t size, size_t count, FILE* file) {
   return fails_on("fwrite", fileno(file)) ? 0 : NEXT(fwrite)(bytes, size, count, file);
 }
 int fsync(int file) { return fails_on("fsync", file) ? -1 : (int)syscall(SYS_fsync, file); }
 int fdatasync(int file) { return fails_on("fdatasync", file) ? -1 : (int)syscall(SYS_fdatasync, file); }
 int ftruncate(int file, off_t size) {
-  return fails_on("ftruncate", file) ? -1 : (int)syscall(SYS_ftruncate, file, size);
-}
-int ftruncate64(int file, off64_t size) {
   return fails_on("ftruncate", file) ? -1 : (int)syscall(SYS_ftruncate, file, size);
 }
 int rename(const char* from, const char* to) { return fails("rename", to) ? -1 : NEXT(rename)(from, to); }
@@ -103,10 +97,6 @@ FILE* fopen(const char* path, const char* mode) {
   if (creates(mode) && !is_device(path) && fails("fopen", path)) { return NULL; }
   return NEXT(fopen)(path, mode);
 }
-FILE* fopen64(const char* path, const char* mode) {
-  if (creates(mode) && !is_device(path) && fails("fopen", path)) { return NULL; }
-  return NEXT(fopen64)(path, mode);
-}
 int open(const char* path, int flags, ...) {
   va_list more;
   va_start(more, flags);
@@ -115,11 +105,8 @@ int open(const char* path, int flags, ...) {
   if ((flags & O_CREAT) != 0 && !is_device(path) && fails("open", path)) { return -1; }
   return (int)syscall(SYS_openat, AT_FDCWD, path, flags, mode);
 }
-int open64(const char* path, int flags, ...) {
-  va_list more;
-  va_start(more, flags);
-  const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(more, mode_t) : 0;
-  va_end(more);
-  if ((flags & O_CREAT) != 0 && !is_device(path) && fails("open", path)) { return -1; }
-  return (int)syscall(SYS_openat, AT_FDCWD, path, flags, mode);
-}
+/* The same functions under the names that a program with large files uses. */
+ssize_t pwrite64(int, const void*, size_t, off64_t) __attribute__((alias("pwrite")));
+int ftruncate64(int, off64_t) __attribute__((alias("ftruncate")));
+FILE* fopen64(const char*, const char*) __attribute__((alias("fopen")));
+int open64(const char*, int, ...) __attribute__((alias("open")));

@@ -440,8 +440,8 @@ void judge_no_lag(const CaseContext& context, Outcome& outcome) {
   const double strain = plain.size() == 0 ? 0.0 : plain.cwiseAbs().maxCoeff() / 0.005;
   outcome.judge_at_most("Euler-Cromer with the lag less without", distance(lagged, plain),
                         strain * strain,
-                        "x(n) - x(n-1) = h v(n); springs turn by no more than the strain, and only "
-                        "what crosses them then changes their force");
+                        "x(n) - x(n-1) = h v(n), except for the turn of a spring, at most the "
+                        "strain, times displacements of the size of the strain");
 }
 
 /// Explicit Euler with the lag uses the velocity of a whole step ago. The fastest mode q obeys

@@ -429,6 +429,13 @@ void measure_recorded_force(const CaseContext& context, Outcome& outcome) {
                     .where = node,
                     .quantities = {RecordedQuantity::velocity, RecordedQuantity::force}}};
   const SpringNetwork network = build_network(scene);
+  double stiffness = 0.0;  // of the springs of the node
+  for (const Spring& s : network.springs) {
+    if (s.a == node || s.b == node) { stiffness += s.stiffness; }
+  }
+  // No frequency is higher than the square root of twice this over the mass (Gershgorin), and a
+  // central difference errs by a sixth of the square of h w.
+  const double error_of_difference = h * h * 2.0 * stiffness / network.mass(node) / 6.0;
   const Trace trace = roll_out(context, scene, SampleOptions{});
   const std::vector<double>& v = trace.values("pulled.vz_m_per_s");
   const std::vector<double>& f = trace.values("pulled.fz_n");
@@ -439,9 +446,9 @@ void measure_recorded_force(const CaseContext& context, Outcome& outcome) {
     peak.add(std::abs(f[n]));
   }
   outcome.judge_at_most("recorded_force_less_mass_times_acceleration_over_peak",
-                        error.value() / peak.value(), 1e-3,
-                        "Newton's second law; central differences over 20 us of motion whose "
-                        "shortest period is some ms");
+                        error.value() / peak.value(), error_of_difference,
+                        "Newton's second law; a central difference over 20 us of the fastest "
+                        "possible motion, (h w)^2 / 6");
 }
 
 // A load acts on the steps that begin in [start, end): the impulse on a free node counts them.

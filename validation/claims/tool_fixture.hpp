@@ -108,6 +108,9 @@ inline std::vector<ToolReport> tool_rows(const Trace& trace) {
   fill("tool.stiffness_n", [](ToolReport& t) -> double& { return t.forces.stiffness; });
   fill("tool.applied_n", [](ToolReport& t) -> double& { return t.forces.applied; });
   fill("tool.lateral_n", [](ToolReport& t) -> double& { return t.forces.lateral; });
+  fill("tool.on_x_n", [](ToolReport& t) -> double& { return t.forces.on_tool.x(); });
+  fill("tool.on_y_n", [](ToolReport& t) -> double& { return t.forces.on_tool.y(); });
+  fill("tool.on_z_n", [](ToolReport& t) -> double& { return t.forces.on_tool.z(); });
   fill("loss.cutting_j", [](ToolReport& t) -> double& { return t.losses.cutting; });
   fill("loss.friction_j", [](ToolReport& t) -> double& { return t.losses.friction; });
   fill("loss.damping_j", [](ToolReport& t) -> double& { return t.losses.damping; });

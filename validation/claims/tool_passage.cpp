@@ -92,7 +92,7 @@ void measure_grip(const CaseContext& context, Outcome& outcome) {
 void measure_driving_thumb(const CaseContext& context, Outcome& outcome) {
   if (context.subject) { return; }
   Scene scene = timed(seven_soft_layers(), 0.6);
-  // So little flow is needed that the pressure is there within a tick.
+  // With so little compliance the pressure follows the thumb within a tick.
   scene.syringe = Syringe{.thumb = Syringe::Thumb::drives,
                           .plunger_area = 2.5e-4,
                           .compliance = 2e-18,
@@ -248,12 +248,21 @@ void measure_angles(const CaseContext& context, Outcome& outcome) {
     Largest lateral;
     for (const ToolReport& tool : run.tool) { lateral.add(tool.forces.lateral); }
     if (degrees > 0.0) {
+      const Eigen::Vector3d along = scene.needle->direction;
+      Largest across;
       Largest total;
-      for (const ToolReport& tool : run.tool) { total.add(std::abs(tool.forces.total)); }
-      outcome.judge_between("lateral_force_over_tangent" + where,
-                            lateral.value() / total.value() / std::tan(angle), 0.1, 1.0,
-                            "geometry: tissue that pushes along its depth has the tangent of the "
-                            "angle across the needle; a shaft that drags it has less");
+      for (const ToolReport& tool : run.tool) {
+        across.add(std::abs(tool.forces.lateral - tool.forces.on_tool.cross(along).norm()));
+        total.add(tool.forces.on_tool.norm());
+      }
+      outcome.judge_at_most(
+          "lateral_force_less_its_part" + where, across.value(), 1e-12 * total.value(),
+          "geometry: the part of the tissue's force across the needle; rounding", "N");
+      outcome.judge_between("lateral_force_over_whole" + where, lateral.value() / total.value(),
+                            1e-12, std::sin(angle),
+                            "geometry: tissue that pushes along its depth has the sine of the "
+                            "angle across the needle, a shaft that drags it has less; above "
+                            "rounding");
     }
   }
 }
