@@ -63,6 +63,7 @@ pid_t start(std::vector<std::string> words, const std::filesystem::path& output,
 }
 
 constexpr std::size_t most_bytes = 1U << 26U;
+constexpr int main_thread = 1;  // callgrind's number of it
 constexpr std::string_view request = "desc: Trigger: Client Request: ";
 
 /// Returns the text after a key at the start of a line.
@@ -94,6 +95,7 @@ std::vector<std::string> command_of(const std::filesystem::path& valgrind,
   std::vector<std::string> command{valgrind.string(),
                                    "--tool=callgrind",
                                    "--instr-atstart=no",
+                                   "--separate-threads=yes",
                                    "--vgdb=no",
                                    "--callgrind-out-file=" + (folder / "part").string(),
                                    own_program().string(),
@@ -164,6 +166,9 @@ CallgrindPart part_from(const std::string& text, const std::string& file) {
     if (const auto number = after(line, "part: ")) {
       part.number = number_from<int>(*number, file);
     }
+    if (const auto thread = after(line, "thread: ")) {
+      part.thread = number_from<int>(*thread, file);
+    }
     if (const auto events = after(line, "events: "); events && *events != "Ir") {
       throw InputError(file + ": counts " + *events + "; Ir alone");
     }
@@ -179,9 +184,14 @@ CallgrindPart part_from(const std::string& text, const std::string& file) {
 std::vector<CallgrindPart> labelled_parts(const std::filesystem::path& folder) {
   std::vector<CallgrindPart> parts;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    // "part.1-01" was requested; "part" and "part-01" are left at the end of the program.
+    if (!entry.path().has_extension()) { continue; }
     parts.push_back(part_from(io::read_text(entry.path(), most_bytes), entry.path().string()));
   }
-  std::erase_if(parts, [](const CallgrindPart& part) { return part.label.empty(); });
+  // Another thread (it waits for signals) may start late, when the main thread already counts.
+  std::erase_if(parts, [](const CallgrindPart& part) {
+    return part.label.empty() || part.thread != main_thread;
+  });
   std::ranges::sort(parts, {}, &CallgrindPart::number);
   return parts;
 }

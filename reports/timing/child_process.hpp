@@ -54,6 +54,7 @@ class Background {
 
 struct CallgrindPart {
   int number = 0;
+  int thread = 1;         ///< 1: main thread
   std::string creator{};  ///< "callgrind-3.19.0"
   std::string label{};    ///< set by the program; empty: part not requested by it
   std::int64_t instructions = 0;
@@ -63,7 +64,8 @@ struct CallgrindPart {
 /// other than instructions.
 CallgrindPart part_from(const std::string& text, const std::string& file);
 
-/// Returns the labelled parts in a folder, in the order in which the program requested them.
+/// Returns the labelled parts of the main thread in a folder, in the order in which the program
+/// requested them.
 std::vector<CallgrindPart> labelled_parts(const std::filesystem::path& folder);
 
 /// Runs the work. Under `valgrind --tool=callgrind --instr-atstart=no` only its instructions are

@@ -45,9 +45,9 @@ grep -q 'skip.*not run: \(valgrind is not installed\|a program with sanitizers\)
 
 count() { # scene
   rm -f "$out"/part*
-  valgrind --tool=callgrind --instr-atstart=no --callgrind-out-file="$out/part" \
+  valgrind --tool=callgrind --instr-atstart=no --separate-threads=yes --callgrind-out-file="$out/part" \
     "$palpate" steps "$1" --before 5 --ticks 20 --quiet 2>/dev/null
-  sed -n 's/^totals: //p' "$out/part.1"
+  sed -n 's/^totals: //p' "$out/part.1-01" # of the main thread
 }
 first=$(count "$out/even/scene.toml")
 # Another environment, and so other places on the stack.

@@ -12,10 +12,11 @@ using namespace palpate::timing;
 using namespace palpate;
 
 /// Output in the format of callgrind 3.19.
-std::string part(int number, const std::string& trigger, const std::string& totals) {
+std::string part(int number, const std::string& trigger, const std::string& totals,
+                 int thread = 1) {
   return "# callgrind format\nversion: 1\ncreator: callgrind-3.19.0\npid: 9\ncmd:  palpate steps "
          "x\npart: " +
-         std::to_string(number) +
+         std::to_string(number) + "\nthread: " + std::to_string(thread) +
          "\n\n\ndesc: Timerange: Basic block 0 - 2005\ndesc: Trigger: " + trigger +
          "\n\npositions: line\nevents: Ir\nsummary: 11025\n\n\n0 11010\n" + totals;
 }
@@ -40,10 +41,12 @@ TEST("a file that is cut short, or counts something else, or holds no number is 
                   "\"1e9\" where a count should be");
 }
 
-TEST("only parts that the program requested are read from a folder, in its order") {
+TEST("only parts of the main thread that the program requested are read, in its order") {
   const io::ScratchFolder folder;
   io::replace_file(folder.path() / "part.10", part(10, "Client Request: b", "\ntotals: 2\n"));
-  io::replace_file(folder.path() / "part.2", part(2, "Client Request: a", "\ntotals: 1\n"));
+  io::replace_file(folder.path() / "part.2-01", part(2, "Client Request: a", "\ntotals: 1\n"));
+  io::replace_file(folder.path() / "part.2-02",
+                   part(2, "Client Request: a", "\ntotals: 1779\n", 2));
   io::replace_file(folder.path() / "part", part(11, "Program termination", "\ntotals: 9\n"));
   const std::vector<CallgrindPart> parts = labelled_parts(folder.path());
   REQUIRE(parts.size() == 2);
