@@ -23,7 +23,7 @@ install(FILES "${described}/palpate.fish" DESTINATION "${CMAKE_INSTALL_DATADIR}/
 install(FILES "${described}/scene.schema.json" DESTINATION "${data_dir}" COMPONENT programs)
 install(DIRECTORY fixtures/scenes fixtures/materials fixtures/recordings DESTINATION "${data_dir}" COMPONENT programs
   PATTERN invalid EXCLUDE PATTERN "*.in" EXCLUDE)
-install(FILES README.md CONTRIBUTING.md CHANGELOG.md CITATION.cff SECURITY.md LICENSE LICENSES/copyright
+install(FILES README.md CONTRIBUTING.md CHANGELOG.md CITATION.cff SECURITY.md LICENSE cmake/copyright
   DESTINATION "${doc_dir}" COMPONENT programs)
 install(FILES model/EQUATIONS.md DESTINATION "${doc_dir}/model" COMPONENT programs)
 install(DIRECTORY docs DESTINATION "${doc_dir}" COMPONENT programs)
