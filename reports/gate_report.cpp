@@ -54,23 +54,24 @@ std::vector<std::vector<std::string>> summary_of(const CaseChanges& one) {
   return rows;
 }
 
-/// Sorts changes with the worst first; changes of the same kind keep the order of the cases.
+/// Sorts changes by kind, each kind by how many times what is allowed they moved.
 std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bool all) {
-  std::vector<std::pair<ChangeKind, std::vector<std::string>>> rows;
+  std::vector<std::pair<std::pair<ChangeKind, double>, std::vector<std::string>>> rows;
   for (const CaseChanges& one : result.cases) {
     if (all) {
       for (const Change& change : one.changes) {
-        rows.emplace_back(change.kind, row_of(one, change));
+        rows.emplace_back(std::pair(change.kind, change.excess), row_of(one, change));
       }
     } else if (one.fails() || one.better()) {
       for (std::vector<std::string>& row : summary_of(one)) {
-        rows.emplace_back(one.changes.front().kind, std::move(row));
+        const Change& worst = one.changes.front();
+        rows.emplace_back(std::pair(worst.kind, worst.excess), std::move(row));
       }
     }
   }
   std::ranges::stable_sort(rows, std::ranges::greater{}, [](const auto& row) { return row.first; });
   std::vector<std::vector<std::string>> texts;
-  for (auto& [kind, row] : rows) {
+  for (auto& [order, row] : rows) {
     for (std::string& cell : row) { cell = io::printable(cell); }
     texts.push_back(std::move(row));
   }
@@ -80,13 +81,23 @@ std::vector<std::vector<std::string>> rows_of(const gate::GateResult& result, bo
 constexpr std::array<const char*, 7> heads{"",    "case",     "what",   "before",
                                            "now", "moved by", "allowed"};
 
-/// Every change, or one row for each case that failed or improved, with its worst change.
-Table changes_table(const gate::GateResult& result, bool all) {
-  Table table{.id = "changes",
-              .title = all ? "Everything that changed" : "What regressed, and what is better"};
+Table changes_table(const gate::GateResult& result) {
+  Table table{.id = "changes", .title = "Everything that changed"};
   table.columns.assign(heads.begin(), heads.end());
-  for (const std::vector<std::string>& row : rows_of(result, all)) {
+  for (const std::vector<std::string>& row : rows_of(result, true)) {
     table.rows.emplace_back(row.begin(), row.end());
+  }
+  return table;
+}
+
+/// The worst changes of the cases that failed or improved.
+LabelledTable notable_table(const std::vector<std::vector<std::string>>& rows, std::size_t most) {
+  LabelledTable table{
+      .columns = {"what", "judged", "case", "before", "now", "moved by", "allowed"}};
+  for (std::size_t n = 0; n < std::min(rows.size(), most); ++n) {
+    const std::vector<std::string>& row = rows[n];
+    const Status status = row[0] == name_of(ChangeKind::better) ? Status::pass : Status::fail;
+    table.rows.push_back({row[2], Badge{status, row[0]}, row[1], row[3], row[4], row[5], row[6]});
   }
   return table;
 }
@@ -96,7 +107,8 @@ using Json = nlohmann::ordered_json;
 Json change_json(const gate::Change& change) {
   return object("item", change.item, "judgement", name_of(change.kind), "before", change.before,
                 "now", change.now, "unit", change.unit, "moved", change.moved, "allowed",
-                change.allowed, "status", change.fails() ? "fail" : "pass");
+                change.allowed, "excess", change.excess, "status",
+                change.fails() ? "fail" : "pass");
 }
 
 Json changes_json(const gate::CaseChanges& one) {
@@ -145,15 +157,20 @@ const Figure* figure_named(const std::deque<Figure>& figures, const std::string&
   return found == figures.end() ? nullptr : &*found;
 }
 
-bool has_changed(const gate::CaseChanges& one, const std::string& item) {
-  return std::ranges::any_of(one.changes, [&](const gate::Change& change) {
-    return change.item == item && change.kind != gate::ChangeKind::rounding;
-  });
+/// Change of a curve by more than rounding, or nullptr.
+const Change* change_of(const CaseChanges& one, const std::string& item) {
+  const auto found = std::ranges::find(one.changes, item, &Change::item);
+  return found == one.changes.end() || found->kind == ChangeKind::rounding ? nullptr : &*found;
 }
 
+struct MovedCurve {
+  const Change* change;
+  Figure figure;
+};
+
 /// Appends the curves of one case that changed by more than rounding.
-void add_overlays(const GateReport& report, const gate::CaseChanges& one,
-                  std::vector<Figure>& figures) {
+void add_overlays(const GateReport& report, const CaseChanges& one,
+                  std::vector<MovedCurve>& curves) {
   const std::string& name = one.outcome.name;
   const gate::AcceptedCase* accepted = report.baseline.find(name);
   const auto now = std::ranges::find(report.candidate.outcomes, name, &Outcome::name);
@@ -161,27 +178,33 @@ void add_overlays(const GateReport& report, const gate::CaseChanges& one,
   const Outcome shown = gate::comparable(*now);
   for (const Figure& before : accepted->outcome.figures) {
     for (std::size_t n = 0; n < before.series.size(); ++n) {
-      if (!has_changed(one, gate::curve_name(before, n))) { continue; }
-      figures.push_back(overlay(name, before, figure_named(shown.figures, before.id), n));
+      const Change* change = change_of(one, gate::curve_name(before, n));
+      if (change == nullptr) { continue; }
+      Figure figure = overlay(name, before, figure_named(shown.figures, before.id), n);
+      figure.caption += ": " + change->moved +
+                        (change->allowed.empty() ? "" : "; allowed " + change->allowed) + ".";
+      curves.push_back({.change = change, .figure = std::move(figure)});
     }
   }
 }
 
 void add_curves(const GateReport& report, std::vector<PagePart>& parts) {
-  std::vector<Figure> figures;
-  for (const bool failed : {true, false}) {
-    for (const gate::CaseChanges& one : report.result.cases) {
-      if (one.fails() == failed) { add_overlays(report, one, figures); }
-    }
-  }
-  if (figures.empty()) { return; }
-  const std::size_t count = figures.size();
-  figures.resize(std::min(count, most_drawn));
+  std::vector<MovedCurve> curves;
+  for (const CaseChanges& one : report.result.cases) { add_overlays(report, one, curves); }
+  if (curves.empty()) { return; }
+  std::ranges::stable_sort(curves, std::ranges::greater{}, [](const MovedCurve& curve) {
+    return std::pair(curve.change->kind, curve.change->excess);
+  });
   Section section{.kind = Section::Kind::section, .heading = "Curves that moved"};
-  if (count > most_drawn) {
-    section.parts.emplace_back(Paragraph{"The first " + std::to_string(most_drawn) + " of " +
-                                         std::to_string(count) +
-                                         " are drawn; the table has them all."});
+  section.parts.emplace_back(
+      Paragraph{"Sorted by how many times what is allowed they moved." +
+                (curves.size() > most_drawn
+                     ? " The first " + std::to_string(most_drawn) + " of " +
+                           std::to_string(curves.size()) + " are drawn; the table has them all."
+                     : std::string())});
+  std::vector<Figure> figures;
+  for (std::size_t n = 0; n < std::min(curves.size(), most_drawn); ++n) {
+    figures.push_back(std::move(curves[n].figure));
   }
   section.parts.emplace_back(exhibits_of(figures));
   parts.emplace_back(std::move(section));
@@ -308,16 +331,18 @@ std::string to_html(const GateReport& report) {
             {"The baseline is of a build with uncommitted changes, which cannot be repeated."}}});
   }
   constexpr std::size_t at_a_glance = 20;
-  Table shown = changes_table(report.result, false);
-  if (shown.rows.size() > at_a_glance) {
-    shown.caption = "The worst " + std::to_string(at_a_glance) + " of " +
-                    std::to_string(shown.rows.size()) + ".";
-    shown.rows.resize(at_a_glance);
+  const std::vector<std::vector<std::string>> notable = rows_of(report.result, false);
+  if (!notable.empty()) {
+    std::vector<PagePart> parts{notable_table(notable, at_a_glance)};
+    if (notable.size() > at_a_glance) {
+      parts.insert(parts.begin(), Paragraph{"The worst " + std::to_string(at_a_glance) + " of " +
+                                            std::to_string(notable.size()) + "."});
+    }
+    add("What regressed, and what is better", std::move(parts));
   }
-  if (!shown.rows.empty()) { add("What changed", {shown}); }
   add_curves(report, page.parts);
-  const Table all = changes_table(report.result, true);
-  if (all.rows.size() > shown.rows.size()) { add("All changes", {all}); }
+  const Table all = changes_table(report.result);
+  if (all.rows.size() > std::min(notable.size(), at_a_glance)) { add("All changes", {all}); }
   add("How it was judged", {rule_facts()});
   add("Where the numbers come from", {provenance_table(report), ledger_table(report.baseline)});
   return render(page);

@@ -61,10 +61,12 @@ double distance_from_good(const Quantity& q) {
   return std::nan("");
 }
 
-Change found(Change change, ChangeKind kind, std::string moved, std::string allowed = {}) {
+Change found(Change change, ChangeKind kind, std::string moved, std::string allowed = {},
+             double excess = 0.0) {
   change.kind = kind;
   change.moved = std::move(moved);
   change.allowed = std::move(allowed);
+  change.excess = std::isnan(excess) ? unbounded : excess;
   return change;
 }
 
@@ -75,7 +77,7 @@ Change judged(const Change& change, double worse_by, double allowed, const std::
                                                 : ChangeKind::within;
   return found(change, kind,
                plain_number(std::abs(worse_by), 2) + unit + (worse_by > 0.0 ? " worse" : " better"),
-               plain_number(allowed, 2) + unit);
+               plain_number(allowed, 2) + unit, std::abs(worse_by) / allowed);
 }
 
 /// Compares a quantity without a better direction: any change counts.
@@ -84,7 +86,7 @@ Change unguided(const Change& change) {
   const double share = std::abs(change.now - change.before) / scale;
   return found(change, !(share <= allowed_share) ? ChangeKind::moved : ChangeKind::within,
                plain_number(100.0 * (change.now - change.before) / scale, 2) + " %",
-               plain_number(100.0 * allowed_share, 2) + " % either way");
+               plain_number(100.0 * allowed_share, 2) + " % either way", share / allowed_share);
 }
 
 bool is_count(const Quantity& q) { return is_counted(q.unit) || q.value == std::trunc(q.value); }
@@ -147,7 +149,7 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
   const double difference = std::abs(now.value - before.value);
   const auto absolute = [&](ChangeKind kind, double allowed) {
     return found(change, kind, plain_number(difference, 2) + " " + before.unit,
-                 plain_number(allowed, 2) + " " + before.unit);
+                 plain_number(allowed, 2) + " " + before.unit, difference / allowed);
   };
   if (!before.judged() && before.uncertainty > 0.0) {
     const double allowed = before.uncertainty + spread + floor_of(before.unit);
@@ -397,11 +399,15 @@ Change compare_within_tube(const Figure& before, const Figure& now, std::size_t 
   const Excess excess =
       excess_of(path_of(before.series[series], before), path_of(now.series[series], now), tube.x,
                 before.series[series].style);
-  const std::string unit = before.y.logarithmic ? " digits" : "";
+  const auto with_unit = [](const std::string& number, std::string_view unit) {
+    return unit.empty() || unit == "1" ? number : number + " " + std::string(unit);
+  };
+  const std::string_view unit = before.y.logarithmic ? "digits" : unit_of(before.y);
   const double x = before.x.logarithmic ? std::pow(10.0, excess.x) : excess.x;
   return found(change, !(excess.y <= tube.y) ? ChangeKind::moved : ChangeKind::within,
-               plain_number(excess.y, 2) + unit + " off at " + plain_number(x),
-               plain_number(tube.y, 2) + unit);
+               with_unit(plain_number(excess.y, 2), unit) + " off at " +
+                   with_unit(plain_number(x), unit_of(before.x)),
+               with_unit(plain_number(tube.y, 2), unit), excess.y / tube.y);
 }
 
 Change compare_lag(const Figure& before, const Figure& now, std::size_t series,
@@ -412,7 +418,7 @@ Change compare_lag(const Figure& before, const Figure& now, std::size_t series,
   if (std::isnan(lag) || std::abs(lag) <= allowed_lag) { return change; }
   return found(change, ChangeKind::moved,
                plain_number(std::abs(lag), 2) + (lag > 0.0 ? " samples late" : " samples early"),
-               plain_number(allowed_lag, 2) + " samples");
+               plain_number(allowed_lag, 2) + " samples", std::abs(lag) / allowed_lag);
 }
 
 Change compare_edge(const Figure& before, const Figure& now, std::size_t series, double spread) {
@@ -498,7 +504,9 @@ CaseChanges concluded(const Outcome& of, std::vector<Change> changes) {
   CaseChanges result{
       .outcome = {.name = of.name, .suite = of.suite, .claim = "Not worse than what was accepted."},
       .changes = std::move(changes)};
-  std::ranges::stable_sort(result.changes, std::ranges::greater{}, &Change::kind);
+  std::ranges::stable_sort(result.changes, std::ranges::greater{}, [](const Change& change) {
+    return std::pair(change.kind, change.excess);
+  });
   std::vector<Reason> parts{{Status::pass}};
   for (const Change& change : result.changes) {
     if (change.fails()) { parts.push_back({Status::fail, sentence_of(change)}); }

@@ -33,6 +33,7 @@ struct Change {
   std::string unit{};
   std::string moved{};        ///< "0.31 digits worse", or what cannot be compared
   std::string allowed{};      ///< "0.1 digits"
+  double excess = 0.0;        ///< what moved, over what is allowed; 0: not a number
   std::string text_before{};  ///< of a text that changed, such as a key of the scene
   std::string text_now{};
 
