@@ -55,20 +55,21 @@ void add_scheme_cases(
   }
 }
 
+bool is_named(const Case& one, const std::string& pattern) {
+  return one.name == pattern || one.name.starts_with(pattern + "/") || one.suite == pattern;
+}
+
 std::vector<Case> select_cases(const std::vector<Case>& cases,
                                std::span<const std::string> patterns, bool quick) {
-  const auto matches = [](const Case& one, const std::string& pattern) {
-    return one.name == pattern || one.name.starts_with(pattern + "/") || one.suite == pattern;
-  };
   for (const std::string& pattern : patterns) {
-    if (std::ranges::none_of(cases, [&](const Case& one) { return matches(one, pattern); })) {
+    if (std::ranges::none_of(cases, [&](const Case& one) { return is_named(one, pattern); })) {
       throw InputError("no case is named \"" + pattern + "\"; validate --list shows them all");
     }
   }
   std::vector<Case> selected;
   for (const Case& one : cases) {
     const bool named = std::ranges::any_of(
-        patterns, [&](const std::string& pattern) { return matches(one, pattern); });
+        patterns, [&](const std::string& pattern) { return is_named(one, pattern); });
     if (patterns.empty() ? one.quick || !quick : named) { selected.push_back(one); }
   }
   if (selected.empty()) { throw InputError("the selection holds no case; at least one"); }

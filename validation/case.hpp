@@ -64,6 +64,9 @@ struct Case {
 /// Returns all cases in the order of the groups.
 std::vector<Case> all_cases();
 
+/// Returns true if the case has that name or suite, or is in the group of that name.
+bool is_named(const Case& one, const std::string& pattern);
+
 /// Returns the cases whose name equals a pattern or begins with a pattern followed by '/'; all
 /// cases without patterns. Throws InputError if a pattern matches no case or the selection is
 /// empty.

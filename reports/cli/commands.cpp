@@ -26,6 +26,7 @@
 #include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/stepping/integrator.hpp"
+#include "reports/index_page.hpp"
 
 namespace palpate::cli {
 
@@ -59,6 +60,13 @@ void lock_folder(const fs::path& folder) {
   }
 }
 
+namespace {
+
+/// Default output folder of this process, once it is locked.
+fs::path indexed_folder;
+
+}  // namespace
+
 fs::path CommonOptions::output_folder() const {
   return out.empty() ? fs::path("palpate-out") / name : out;
 }
@@ -78,6 +86,7 @@ fs::path CommonOptions::make_folder() const {
     throw InputError(folder.string() +
                      ": another palpate writes to it; wait until it ends, or use another --out");
   }
+  if (out.empty()) { indexed_folder = folder; }
   return folder;
 }
 
@@ -172,8 +181,24 @@ class TextToStandardError {
 
 }  // namespace
 
+namespace {
+
+/// Adds the result to palpate-out/index.html. A page that cannot be written is no failure of the
+/// command.
+int noted(const CommonOptions& options, int code) {
+  if (indexed_folder.empty()) { return code; }
+  try {
+    add_to_index(indexed_folder, options.command, code);
+  } catch (const std::exception& problem) {
+    std::fprintf(stderr, "palpate: warning: no index: %s\n", io::printable(problem.what()).c_str());
+  }
+  return code;
+}
+
+}  // namespace
+
 int run_command(CommonOptions& options, const std::function<int()>& run) {
-  if (!options.json || options.json_file.empty()) { return run(); }
+  if (!options.json || options.json_file.empty()) { return noted(options, run()); }
   options.quiet = true;
   const fs::path file = options.output_folder() / options.json_file;
   // A file of an earlier run is not this one's result.
@@ -192,7 +217,7 @@ int run_command(CommonOptions& options, const std::function<int()>& run) {
   } else if (code == done) {
     throw InputError("--json: " + options.json_file + " is not written with these options");
   }
-  return code;
+  return noted(options, code);
 }
 
 void add_overrides(CLI::App& command, CommonOptions& options, const std::string& file) {

@@ -233,6 +233,7 @@ void add_bench(Program& program);
 void add_steps(Program& program);
 void add_certify(Program& program);
 void add_report(Program& program);
+void add_index(Program& program);
 void add_falcon(Program& program);
 void add_import(Program& program);
 void add_transducer(Program& program);

@@ -27,6 +27,7 @@
 #include "reference/solution.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
+#include "reports/index_page.hpp"
 #include "reports/results/results.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
@@ -485,6 +486,27 @@ reference::Cache cache_in(const std::filesystem::path& folder, const ValidateOpt
   return cache;
 }
 
+/// Throws InputError with the nearest name of a case or a group if a pattern matches nothing.
+void refuse_unknown_cases(const std::vector<Case>& cases, std::span<const std::string> patterns) {
+  for (const std::string& pattern : patterns) {
+    if (std::ranges::any_of(cases, [&](const Case& one) { return is_named(one, pattern); })) {
+      continue;
+    }
+    std::vector<std::string_view> names;
+    for (const Case& one : cases) {
+      const std::string_view name = one.name;
+      names.push_back(name);
+      for (auto end = name.find('/'); end != name.npos; end = name.find('/', end + 1)) {
+        names.push_back(name.substr(0, end));
+      }
+    }
+    const std::string nearest(io::nearest_word(pattern, names));
+    throw InputError("no case is named \"" + pattern + "\"" +
+                     (nearest.empty() ? "" : "; did you mean " + nearest + "?") +
+                     (nearest.empty() ? "; " : " ") + "validate --list shows them all");
+  }
+}
+
 /// Reads [[failure]] with case, quantity and reason. Throws InputError, also for a case that is
 /// not in the list.
 std::vector<ExpectedFailure> read_expected(const std::filesystem::path& file,
@@ -569,6 +591,7 @@ void tell_advice(const Outcome& outcome) {
 
 int judge(const ValidateOptions& options, const Judging& what) {
   if (options.list) { return list(what.cases); }
+  refuse_unknown_cases(what.cases, options.cases);
   const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
   if (options.subject.subject.starts_with("trace:") && cases.size() != 1) {
     throw InputError("--subject " + options.subject.subject + ": " + std::to_string(cases.size()) +
@@ -759,7 +782,7 @@ int bench_itself(const BenchOptions& options, Judging judging) {
 std::function<Outcome(const Results&)> keep_history(const std::filesystem::path& file) {
   return [file, history = timing::read_history(file)](const Results& results) mutable {
     history.push_back(timing::history_line_of(results));
-    timing::append_history(file, history.back());
+    timing::append_line(file, timing::to_text(history.back()));
     return timing::history_outcome(history);
   };
 }
@@ -902,6 +925,34 @@ void add_report(Program& program) {
             "folder with results.json and traces/; several folders: results of simulators on the "
             "same cases, compared on one page")
       ->required();
+}
+
+namespace {
+
+struct IndexOptions : CommonOptions {
+  std::filesystem::path parent = "palpate-out";
+};
+
+int run_index(const IndexOptions& options) {
+  if (!std::filesystem::is_directory(options.parent)) {
+    throw InputError(options.parent.string() +
+                     ": no such folder; a folder whose folders have results is needed");
+  }
+  const std::size_t count = index_folders_in(options.parent);
+  std::printf("%zu results; %s\n", count, (options.parent / "index.html").c_str());
+  return done;
+}
+
+}  // namespace
+
+void add_index(Program& program) {
+  const auto [command, options] =
+      add_command(program, "index", "list the results of all folders on one page", run_index);
+  add_value(command, "parent", options.parent, "DIR",
+            "folder whose folders have results [palpate-out]");
+  command.footer(
+      "Writes DIR/index.html, with what changed since the run before, and DIR/index.jsonl,\n"
+      "its ledger. Commands without --out add their result to palpate-out by themselves.");
 }
 
 }  // namespace palpate::cli

@@ -115,28 +115,37 @@ std::string to_text(const HistoryLine& line) {
                    -1);
 }
 
-std::vector<HistoryLine> read_history(const std::filesystem::path& file) {
-  std::vector<HistoryLine> history;
-  if (!std::filesystem::exists(file)) { return history; }
+void for_each_line(const std::filesystem::path& file,
+                   const std::function<void(const std::string&)>& read,
+                   const std::string& expected) {
+  if (!std::filesystem::exists(file)) { return; }
   const std::string all = io::read_text(file, most_history_bytes);
   std::istringstream lines(all.substr(0, whole_lines(all)));
+  std::size_t number = 0;
   for (std::string text; std::getline(lines, text);) {
+    ++number;
     try {
-      history.push_back(line_from(text));
-    } catch (const Json::exception&) {
-      throw InputError(
-          file.string() + ":" + std::to_string(history.size() + 1) +
-          ": no run of the benchmark; one line as `palpate bench --history` appends them is "
-          "needed; remove the line");
+      read(text);
+    } catch (const std::exception&) {
+      throw InputError(file.string() + ":" + std::to_string(number) + ": not " + expected +
+                       "; remove the line");
     }
   }
+}
+
+std::vector<HistoryLine> read_history(const std::filesystem::path& file) {
+  std::vector<HistoryLine> history;
+  for_each_line(
+      file, [&](const std::string& text) { history.push_back(line_from(text)); },
+      "a run of the benchmark as `palpate bench --history` appends them");
   return history;
 }
 
-void append_history(const std::filesystem::path& file, const HistoryLine& line) {
+void append_line(const std::filesystem::path& file, const std::string& line) {
   const io::WholeWrite whole;
   const auto fail = [&file](const std::string& reason) {
-    throw InputError(file.string() + ": cannot be written: " + reason + "; a file for the history");
+    throw InputError(file.string() + ": cannot be written: " + reason +
+                     "; a file that can be written is needed");
   };
   const int to = open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, for_all_to_read);
   if (to < 0) { fail(std::strerror(errno)); }
@@ -145,7 +154,7 @@ void append_history(const std::filesystem::path& file, const HistoryLine& line) 
   const std::size_t kept = whole_lines(before);
   if (kept < before.size()) { (void)!ftruncate(to, static_cast<off_t>(kept)); }
   const bool unended = kept > 0 && before[kept - 1] != '\n';
-  const std::string text = (unended ? "\n" : "") + to_text(line);
+  const std::string text = (unended ? "\n" : "") + line;
   std::string_view left = text;
   while (!left.empty()) {
     const ssize_t written = write(to, left.data(), left.size());

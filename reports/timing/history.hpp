@@ -3,6 +3,7 @@
 /// History of benchmark runs: one line of JSON per run, oldest first.
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -34,7 +35,13 @@ std::string to_text(const HistoryLine& line);
 
 /// Appends one line whole or not at all, and removes a last line that was cut short. Throws
 /// InputError if the file cannot be written.
-void append_history(const std::filesystem::path& file, const HistoryLine& line);
+void append_line(const std::filesystem::path& file, const std::string& line);
+
+/// Calls read() for each line. A missing file has no lines; a last line that was cut short is
+/// ignored. Throws InputError with file and line, and what is `expected`, if read() throws.
+void for_each_line(const std::filesystem::path& file,
+                   const std::function<void(const std::string&)>& read,
+                   const std::string& expected);
 
 /// Trends of the counted quantities of the last run, over all runs with the same compiler.
 std::vector<Trend> trends_of(const std::vector<HistoryLine>& history);

@@ -90,8 +90,8 @@ TEST("lines are appended and read back to the last digit; damaged or unwritable 
   const io::ScratchFolder folder;
   const auto file = folder.path() / "history.jsonl";
   CHECK(read_history(file).empty());
-  append_history(file, run_of(1.0 / 3.0));
-  append_history(file, run_of(2.0));
+  append_line(file, to_text(run_of(1.0 / 3.0)));
+  append_line(file, to_text(run_of(2.0)));
   const std::vector<HistoryLine> history = read_history(file);
   REQUIRE(history.size() == 2);
   CHECK(history[0].commit == "abc");
@@ -100,7 +100,7 @@ TEST("lines are appended and read back to the last digit; damaged or unwritable 
   CHECK(history[1].quantities.at("cube: per_tick").unit == "instructions");
   io::replace_file(file, to_text(run_of(1.0)) + to_text(run_of(1.0)).substr(0, 40) + "\n");
   CHECK_THROWS_AS(InputError, read_history(file), "history.jsonl:2: ");
-  CHECK_THROWS_AS(InputError, append_history(folder.path() / "no" / "folder", run_of(1.0)),
+  CHECK_THROWS_AS(InputError, append_line(folder.path() / "no" / "folder", to_text(run_of(1.0))),
                   "cannot be written");
 }
 
