@@ -336,7 +336,9 @@ std::string to_html(const RunReport& report, const Trace& trace) {
   zooms.insert(zooms.end(), over_time.begin(), over_time.end());
   Page page{.banner = {.title = report.title,
                        .small_print = {report.command},
-                       .status = report.held ? Status::pass : Status::fail,
+                       .status = !report.held              ? Status::fail
+                                 : report.warnings.empty() ? Status::pass
+                                                           : Status::inconclusive,
                        .verdict = report.verdict,
                        .detail = report.detail},
             .provenance = report.provenance,

@@ -105,7 +105,9 @@ class Sampler {
       check_interval_ = std::max<long>(1, subject.tick_count() / cell_checks);
     }
     row_.resize(trace.columns.size());
-    const auto rows = static_cast<std::size_t>(subject.tick_count() / options.every + 2);
+    if (options.extremes) { find_extreme_columns(); }
+    const auto rows =
+        static_cast<std::size_t>(subject.tick_count() / options.every + 2) + extremes_.size();
     trace.text_columns = subject.text_columns();
     texts_.resize(trace.text_columns.size());
     refuse_length(rows);
@@ -127,8 +129,14 @@ class Sampler {
       trace_.energy.maximum = largest_energy_.value();
     }
     check_cells_if_due();
-    if (subject_.ticks() % options_.every == 0 || subject_.ticks() == subject_.tick_count()) {
-      take_row(energy);
+    const bool due =
+        subject_.ticks() % options_.every == 0 || subject_.ticks() == subject_.tick_count();
+    if (due || (options_.extremes && !subject_.tool_happenings().empty())) {
+      sample_row(energy);
+      if (finite_ || trace_.time.empty()) { append_row(); }
+    } else if (!extremes_.empty()) {
+      sample_row(energy);
+      if (finite_) { keep_extremes(); }
     }
     take_frame();
     take_keyframe();
@@ -140,6 +148,7 @@ class Sampler {
 
   /// Releases the unused memory of rows and frames.
   void finish() {
+    for (Extreme& extreme : extremes_) { insert_row(extreme); }
     const auto samples = static_cast<Eigen::Index>(trace_.time.size());
     if (options_.position) { trace_.position.conservativeResize(Eigen::NoChange, samples); }
     if (options_.velocity) { trace_.velocity.conservativeResize(Eigen::NoChange, samples); }
@@ -161,7 +170,8 @@ class Sampler {
     throw InputError("simulation.duration: " + number_in_words(static_cast<double>(rows)) +
                      " rows of " + number_in_words(width) + " columns are " +
                      number_in_words(values) +
-                     " values; at most 1e8, by a shorter duration, a longer step or fewer records");
+                     " values; at most 1e8, by a shorter duration, a longer step, fewer records or "
+                     "a longer time between rows (--every)");
   }
   void refuse_frames(std::size_t frames, Eigen::Index nodes) const {
     constexpr auto most = static_cast<double>(most_trace_values);
@@ -176,8 +186,7 @@ class Sampler {
     trace_.columns.insert(trace_.columns.end(), columns.begin(), columns.end());
   }
 
-  void take_row(double energy) {
-    const auto index = static_cast<Eigen::Index>(trace_.time.size());
+  void sample_row(double energy) {
     const std::span<double> row(row_);
     subject_.sample(row.first(subject_columns_));
     if (falcon_ != nullptr) {
@@ -190,14 +199,17 @@ class Sampler {
     const std::size_t last = row_.size() - 1;
     if (options_.energy) { row_[options_.cells != nullptr ? last - 1 : last] = energy; }
     if (options_.cells != nullptr) { row_[last] = jacobian_; }
-    if (index == 0 && subject_.facts().sparse) {
+    if (trace_.time.empty() && subject_.facts().sparse) {
       for (const double value : row_) { absent_.push_back(std::isnan(value)); }
     }
     finite_ = true;
     for (std::size_t n = 0; n < row_.size(); ++n) {
       finite_ = finite_ && (std::isfinite(row_[n]) || (!absent_.empty() && absent_[n]));
     }
-    if (!finite_ && index > 0) { return; }
+  }
+
+  void append_row() {
+    const auto index = static_cast<Eigen::Index>(trace_.time.size());
     trace_.time.push_back(subject_.time());
     for (std::size_t n = 0; n < row_.size(); ++n) { trace_.columns[n].values.push_back(row_[n]); }
     subject_.sample_text(texts_, trace_.events);
@@ -206,6 +218,51 @@ class Sampler {
     }
     if (options_.position) { subject_.coordinates(trace_.position.col(index)); }
     if (options_.velocity) { subject_.velocities(trace_.velocity.col(index)); }
+  }
+
+  /// Row of the largest value of a column, at a tick that is otherwise without a row.
+  struct Extreme {
+    std::size_t column = 0;
+    double time = 0.0;  ///< [s]
+    std::vector<double> row{};
+    std::vector<std::string> texts{};
+  };
+
+  void find_extreme_columns() {
+    for (std::size_t n = 0; n < trace_.columns.size(); ++n) {
+      const std::string& name = trace_.columns[n].name;
+      if (name == "tool.force_n" || name == "tool.insertion_m" || name == "syringe.pressure_pa") {
+        extremes_.push_back({.column = n});
+      }
+    }
+  }
+
+  void keep_extremes() {
+    for (Extreme& extreme : extremes_) {
+      const double value = row_[extreme.column];
+      if (!extreme.row.empty() && value <= extreme.row[extreme.column]) { continue; }
+      extreme.time = subject_.time();
+      extreme.row = row_;
+      subject_.sample_text(texts_, trace_.events);
+      extreme.texts = texts_;
+    }
+  }
+
+  /// Inserts the row, unless no value of its column is smaller or two columns have the same row.
+  void insert_row(const Extreme& extreme) {
+    if (extreme.row.empty()) { return; }
+    const std::vector<double>& values = trace_.columns[extreme.column].values;
+    if (extreme.row[extreme.column] <= std::ranges::max(values)) { return; }
+    const auto after = std::ranges::lower_bound(trace_.time, extreme.time) - trace_.time.begin();
+    trace_.time.insert(trace_.time.begin() + after, extreme.time);
+    for (std::size_t n = 0; n < extreme.row.size(); ++n) {
+      std::vector<double>& column = trace_.columns[n].values;
+      column.insert(column.begin() + after, extreme.row[n]);
+    }
+    for (std::size_t n = 0; n < extreme.texts.size(); ++n) {
+      std::vector<std::string>& column = trace_.text_columns[n].values;
+      column.insert(column.begin() + after, extreme.texts[n]);
+    }
   }
 
   /// Checks the cells at regular times and at the events of the tool.
@@ -288,6 +345,7 @@ class Sampler {
   std::size_t device_columns_ = 0;  ///< with those of the subject
   std::vector<double> row_{};
   std::vector<std::string> texts_{};
+  std::vector<Extreme> extremes_{};
   double frame_interval_ = 0.0;  ///< [ticks]
   std::size_t frames_taken_ = 0;
   std::size_t force_column_ = 0;

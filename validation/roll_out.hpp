@@ -50,6 +50,7 @@ struct Mutation {
 /// Selection of the data that a trace contains besides the columns of the subject.
 struct SampleOptions {
   long every = 1;             ///< ticks between rows; the first and the last tick always have one
+  bool extremes = false;      ///< also rows at events and at the largest force, pressure and depth
   bool position = false;      ///< Trace::position
   bool velocity = false;      ///< Trace::velocity
   bool energy = false;        ///< column "energy_j"

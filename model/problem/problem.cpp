@@ -259,22 +259,14 @@ double NetworkProblem::energy(const Coordinates& q, const Coordinates& v) const 
   return energy;
 }
 
-CellCheck check_cells(const SpringNetwork& network, const Eigen::Ref<const NodeVectors>& position) {
-  CellCheck check;
-  const auto add = [&](const std::array<int, 8>& nodes, double volume) {
-    Corners<double> x;
-    for (std::size_t n = 0; n < 8; ++n) {
-      const auto place = position.col(nodes[n]);
-      x[n] = {place.x(), place.y(), place.z()};
-    }
-    const double least = smallest_corner(x, volume);
-    if (!(least > 0.0)) { ++check.inverted; }
-    check.smallest = std::min(check.smallest, least);
-  };
+namespace {
+
+/// Calls visit(corner nodes, volume at rest) for each cell.
+template <class Visit> void visit_cells(const SpringNetwork& network, Visit visit) {
   const std::optional<LatticeShape>& lattice = network.springs.lattice();
   if (!lattice) {
-    for (const VolumeCell& cell : network.cells) { add(cell.nodes, cell.volume); }
-    return check;
+    for (const VolumeCell& cell : network.cells) { visit(cell.nodes, cell.volume); }
+    return;
   }
   const std::array<int, 3>& count = lattice->nodes;
   std::array<int, 8> nodes{};
@@ -296,11 +288,33 @@ CellCheck check_cells(const SpringNetwork& network, const Eigen::Ref<const NodeV
     for (int j = 0; j + 1 < count[1]; ++j) {
       for (int i = 0; i + 1 < count[0]; ++i) {
         corners(i, j, l);
-        add(nodes, volume);
+        visit(nodes, volume);
       }
     }
   }
+}
+
+}  // namespace
+
+CellCheck check_cells(const SpringNetwork& network, const Eigen::Ref<const NodeVectors>& position) {
+  CellCheck check;
+  visit_cells(network, [&](const std::array<int, 8>& nodes, double volume) {
+    Corners<double> x;
+    for (std::size_t n = 0; n < 8; ++n) {
+      const auto place = position.col(nodes[n]);
+      x[n] = {place.x(), place.y(), place.z()};
+    }
+    const double least = smallest_corner(x, volume);
+    if (!(least > 0.0)) { ++check.inverted; }
+    check.smallest = std::min(check.smallest, least);
+  });
   return check;
+}
+
+std::vector<std::array<int, 8>> cell_corners(const SpringNetwork& network) {
+  std::vector<std::array<int, 8>> cells;
+  visit_cells(network, [&](const std::array<int, 8>& nodes, double) { cells.push_back(nodes); });
+  return cells;
 }
 
 OscillatorProblem::OscillatorProblem(const Oscillator& oscillator)

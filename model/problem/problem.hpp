@@ -147,6 +147,9 @@ struct CellCheck {
 /// Checks the cells at the positions of all nodes [m], 3 x nodes.
 CellCheck check_cells(const SpringNetwork& network, const Eigen::Ref<const NodeVectors>& position);
 
+/// Returns the corner nodes of these cells; bit n of a corner's index is its side along axis n.
+std::vector<std::array<int, 8>> cell_corners(const SpringNetwork& network);
+
 /// Oscillator of Eqs. 3-5: one coordinate, driven by F0 cos(W t).
 class OscillatorProblem final : public Problem {
  public:

@@ -264,6 +264,19 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
   }
 }
 
+/// Warns of a modulus that was probably given in kPa. The softest organs (brain, liver, fat) have
+/// some hundred Pa.
+void warn_of_units(const Scene& scene, StepPlan& plan) {
+  constexpr double softest = 100.0;  // [Pa]
+  for (const Material& material : scene.materials) {
+    if (material.youngs_modulus > 0.0 && material.youngs_modulus < softest) {
+      plan.warnings.push_back("youngs_modulus of " + material.name + " is " +
+                              number(material.youngs_modulus) +
+                              " Pa, less than that of any tissue; 1 kPa is 1000");
+    }
+  }
+}
+
 /// Warns if the force at which the tip cuts presses the cells below it by more than half their
 /// height.
 void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
@@ -370,7 +383,10 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   const bool single = scene.simulation.precision == Precision::single_precision;
   plan.bounds =
       network != nullptr ? spectral_bounds(*network) : spectral_bounds(scene.tissue.oscillator);
-  if (network != nullptr) { warn_of_grid(scene, plan); }
+  if (network != nullptr) {
+    warn_of_units(scene, plan);
+    warn_of_grid(scene, plan);
+  }
   if (network != nullptr && (scene.needle || scene.probe)) { add_contact(scene, *network, plan); }
   if (network != nullptr && scene.drive) { add_tool(scene, plan.bounds); }
   for (const IntegratorInfo* info : integrators()) {

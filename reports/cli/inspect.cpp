@@ -217,6 +217,28 @@ void print_tool(const Json& tool) {
   if (tool.contains("line")) { print_line(tool["line"]); }
 }
 
+/// Prints objects with the same keys as a table with a column for each key.
+void print_rows(const Json& rows) {
+  std::vector<std::vector<std::string>> table(1);
+  for (const auto& [key, value] : rows.front().items()) { table.front().push_back(key); }
+  for (const Json& row : rows) {
+    std::vector<std::string>& cells = table.emplace_back();
+    for (const auto& [key, value] : row.items()) {
+      cells.push_back(io::printable(text_of(value, "none")));
+    }
+  }
+  for (const std::vector<std::string>& cells : table) {
+    std::string line;
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+      std::size_t width = 0;
+      for (const auto& each : table) { width = std::max(width, each[n].size()); }
+      line +=
+          "  " + cells[n] + std::string(n + 1 < cells.size() ? width - cells[n].size() : 0, ' ');
+    }
+    std::printf("%s\n", line.c_str());
+  }
+}
+
 Json network_facts(const NetworkProblem& problem) {
   const SpringNetwork& network = problem.network();
   double least = std::numeric_limits<double>::infinity();
@@ -308,6 +330,10 @@ void print(const Json& facts) {
     if (name == "static_compliance_m_per_n" && value.is_null()) { continue; }
     if (value.is_object() || value.is_array()) {
       std::printf("%s\n", name.c_str());
+      if (value.is_array() && !value.empty() && value.front().is_object()) {
+        print_rows(value);
+        continue;
+      }
       for (const auto& [key, item] : value.items()) {
         std::printf("  %s%s\n", value.is_object() ? (io::printable(key) + ": ").c_str() : "",
                     io::printable(text_of(item, "no limit")).c_str());

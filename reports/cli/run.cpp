@@ -44,6 +44,8 @@ struct RunOptions : CommonOptions {
   bool refine = false;             ///< measure the error by refined runs
   bool no_view = false;            ///< if true, report.html has no 3-D view
   bool packets = false;            ///< if true, packets.csv is written
+  bool vtk = false;                ///< if true, the frames are written for ParaView
+  std::optional<double> every{};   ///< time between rows of the trace [s]; none: every tick
   std::filesystem::path script{};  ///< script of faults on the Falcon's link
   SubjectChoice subject{};
 };
@@ -483,6 +485,37 @@ std::optional<Peaks> peaks_of(const Trace& trace) {
   return peaks;
 }
 
+/// Warns of a tip that left the tissue, and of a prescribed motion that the run did not finish.
+std::vector<std::string> passage_warnings(const Scene& scene, const SpringNetwork& network,
+                                          const Trace& trace) {
+  const std::optional<Peaks> peaks = peaks_of(trace);
+  if (!peaks || trace.diverged || trace.interrupted) { return {}; }
+  std::vector<std::string> warnings;
+  if (scene.needle) {
+    const NeedlePath path(scene, network);
+    const double end = path.knots().back().depth;
+    const double spacing =
+        path.knots().size() > 1 ? end - path.knots()[path.knots().size() - 2].depth : 0.0;
+    if (peaks->deepest > end + spacing) {
+      warnings.push_back("the tip left the tissue: it ends at " + quantity(mm * end, "mm") +
+                         " on the needle's line, and the tip went to " +
+                         quantity(mm * peaks->deepest, "mm") +
+                         "; forces beyond are not those of tissue: use a larger block, or a "
+                         "smaller drive.depth");
+    }
+  }
+  const bool prescribed = scene.drive && scene.drive->kind == Drive::Kind::trajectory;
+  constexpr double rounding = 1e-6;  // [m]
+  if (prescribed && scene.drive->depth && peaks->deepest < *scene.drive->depth - rounding &&
+      trace.count("bone") == 0) {
+    warnings.push_back("drive.depth = " + quantity(mm * *scene.drive->depth, "mm") +
+                       " is not reached: the run ends after " + quantity(trace.time.back(), "s") +
+                       " at " + quantity(mm * peaks->deepest, "mm") +
+                       "; use a longer simulation.duration or a higher drive.speed");
+  }
+  return warnings;
+}
+
 std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
                          const std::vector<ErrorSource>& sources, bool refined) {
   const Trace& trace = run.trace;
@@ -684,6 +717,10 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
   if (const auto count = loaded.simulation().zero_length_springs(); count > 0) {
     report.warnings.push_back(std::to_string(count) + " springs have no length and exert no force");
   }
+  if (const std::size_t count = report.warnings.size(); count > 0 && report.held) {
+    report.detail +=
+        count == 1 ? " One warning, below." : " " + std::to_string(count) + " warnings, below.";
+  }
   return report;
 }
 
@@ -842,6 +879,25 @@ void write_packets(const std::filesystem::path& folder,
   }
 }
 
+/// Returns the tool at each frame: the tip, and the end of a needle of 90 mm or a probe of 30 mm.
+io::ToolLines tool_lines(const Scene& scene, const SpringNetwork& network, const Trace& trace) {
+  const Column* place = trace.find("tool.insertion_m");
+  if (place == nullptr || (!scene.needle && !scene.probe)) { return {}; }
+  const NeedlePath path(scene, network);
+  const double length = scene.needle ? 0.09 : 0.03;  // [m]
+  io::ToolLines lines;
+  for (const double time : trace.frames.time) {
+    const auto after = std::ranges::lower_bound(trace.time, time);
+    const auto row =
+        std::min(static_cast<std::size_t>(after - trace.time.begin()), trace.rows() - 1);
+    Eigen::Vector3d origin = path.origin();
+    if (scene.probe) { origin.head<2>() = scene.probe->centre(time); }
+    const Eigen::Vector3d tip = origin + place->values[row] * path.direction();
+    lines.push_back({Eigen::Vector3d(tip - length * path.direction()), tip});
+  }
+  return lines;
+}
+
 /// Provenance in trace.h5: that of the page, and what `approve` needs to run the scene again.
 std::map<std::string, std::string> provenance_with_inputs(
     const RunOptions& options, const LoadedScene& loaded,
@@ -860,6 +916,18 @@ std::map<std::string, std::string> provenance_with_inputs(
   return provenance;
 }
 
+/// Ticks between rows of the trace. Throws InputError unless the time is a multiple of a tick.
+long ticks_between_rows(const RunOptions& options, double rate) {
+  if (!options.every) { return 1; }
+  const double ticks = *options.every * rate;
+  if (std::abs(ticks - std::round(ticks)) > 1e-6 * ticks || ticks < 0.5) {
+    throw InputError("--every: " + plain_number(*options.every, 6) +
+                     " s between rows; a multiple of a tick, which takes " +
+                     plain_number(1.0 / rate, 6) + " s");
+  }
+  return std::lround(ticks);
+}
+
 int run_scene(const RunOptions& options) {
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Scene& scene = loaded.file.scene;
@@ -867,6 +935,7 @@ int run_scene(const RunOptions& options) {
   const double rate =
       in_hand ? scene.falcon.value_or(FalconDrive{}).rate : 1.0 / scene.simulation.step;
   refuse_without_line(options, scene, in_hand);
+  const long every = ticks_between_rows(options, rate);
   if (options.refine) { refuse_without_measure(options, loaded); }
   if (options.refine && options.subject.foreign()) {
     throw InputError("--refine with --subject: only the model refines its scene; use one");
@@ -878,7 +947,8 @@ int run_scene(const RunOptions& options) {
   keep_results_of_interrupted();
   // A run that is killed then leaves no summary of an earlier one beside its own trace.
   std::filesystem::remove(folder / "summary.json");
-  SampleOptions samples{.energy_range = true, .frames = scene.output.frames};
+  SampleOptions samples{
+      .every = every, .extremes = every > 1, .energy_range = true, .frames = scene.output.frames};
   const NetworkProblem* network = loaded.network();
   if (network != nullptr) { samples.cells = &network->network(); }
   if (network != nullptr && (!options.no_view || loaded.simulation().plan().far)) {
@@ -897,7 +967,11 @@ int run_scene(const RunOptions& options) {
     std::vector<double> empty;
     for (int n = 0; n < 50; ++n) { empty.push_back(foreign->round_trip()); }
     result.control = comparison::quantile(empty, 0.5);
-    if (foreign->node_positions().cols() == 0) { samples = {.energy_range = samples.energy_range}; }
+    if (foreign->node_positions().cols() == 0) {
+      samples.frames = 0;
+      samples.keyframes = 0;
+      samples.cells = nullptr;
+    }
   }
   result.trace = roll_out(foreign != nullptr ? *foreign : loaded.subject, scene, samples, control);
   result.rate = rate;
@@ -910,11 +984,18 @@ int run_scene(const RunOptions& options) {
                        provenance_with_inputs(options, loaded, provenance));
   if (network != nullptr && !result.trace.frames.position.empty()) {
     io::write_xdmf(folder / "trace.xdmf", folder / "trace.h5", result.trace, network->network());
+    if (options.vtk) {
+      io::write_vtk(folder / "vtk", result.trace, network->network(),
+                    tool_lines(scene, network->network(), result.trace));
+    }
   }
   whole.reset();  // what follows may take minutes
   std::vector<ErrorSource> sources = error_sources(loaded);
   if (foreign == nullptr) {
     result.warnings = loaded.simulation().plan().warnings;
+    if (network != nullptr) {
+      append(result.warnings, passage_warnings(scene, network->network(), result.trace));
+    }
     estimate_reduction(loaded, result.trace, sources[2], result.warnings);
   } else {
     for (ErrorSource& source : sources) { source.share.reset(); }
@@ -958,10 +1039,16 @@ void add_run(Program& program) {
                    "no 3-D view in report.html, and no data recorded for it");
   command.add_flag("--real-time", options.real_time,
                    "run every tick at its time on the wall clock; exit code 1 if one is late");
+  add_value(command, "--every", options.every, "S",
+            "time between two rows of the trace, for long runs; ticks with events and with the "
+            "largest force, pressure and depth always have a row [every tick]")
+      ->check(number_range(1e-9, 1e6));
   add_value(command, "--script", options.script, "FILE",
             "faults on the Falcon's line, by time (TOML, docs/falcon.md)");
   command.add_flag("--packets", options.packets,
                    "write packets.csv: all packets on the Falcon's line");
+  command.add_flag("--vtk", options.vtk,
+                   "write vtk/trace.pvd: the tissue's cells and the tool over time, for ParaView");
   add_subject_options(command, options.subject);
   command.footer(integrator_help());
 }

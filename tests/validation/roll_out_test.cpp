@@ -242,6 +242,37 @@ TEST("the loop of a device that lost its zero uses neither its position nor its 
   CHECK_NEAR(place.back(), place[place.size() - 100], 1e-5);
 }
 
+TEST("a sparse trace has every row that it should, all events and the largest values") {
+  const Scene scene = insertion_scene(0.6);
+  const Trace whole = run_of(scene, 0);
+  ModelSubject subject{Simulation(scene)};
+  const Trace sparse = roll_out(subject, scene, {.every = 50, .extremes = true});
+  CHECK(sparse.rows() < whole.rows() / 10);
+  CHECK(sparse.events.size() == whole.events.size());
+  for (std::size_t n = 0; n < sparse.events.size(); ++n) {
+    CHECK(sparse.events[n].time == whole.events[n].time);
+    CHECK(sparse.events[n].kind == whole.events[n].kind);
+  }
+  for (const char* name : {"tool.force_n", "tool.insertion_m"}) {
+    CHECK(std::ranges::max(sparse.values(name)) == std::ranges::max(whole.values(name)));
+  }
+  std::size_t row = 0;
+  for (std::size_t tick = 0; tick < whole.rows(); ++tick) {
+    const bool here = row < sparse.rows() && sparse.time[row] == whole.time[tick];
+    const bool due = tick % 50 == 0 || !whole.texts("tool.event")[tick].empty();
+    if (due) { CHECK(here); }
+    if (!here) { continue; }
+    for (std::size_t n = 0; n < whole.columns.size(); ++n) {
+      CHECK(sparse.columns[n].values[row] == whole.columns[n].values[tick]);
+    }
+    for (std::size_t n = 0; n < whole.text_columns.size(); ++n) {
+      CHECK(sparse.text_columns[n].values[row] == whole.text_columns[n].values[tick]);
+    }
+    ++row;
+  }
+  CHECK(row == sparse.rows());
+}
+
 TEST("a trace that would not fit in memory is refused before its first tick, with its key") {
   Scene scene = insertion_scene(0.6);
   scene.simulation.duration = 1e6;

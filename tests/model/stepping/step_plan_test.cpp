@@ -58,6 +58,17 @@ TEST("auto takes more explicit substeps for many nodes than for few") {
   }
 }
 
+TEST("a modulus below that of any tissue is warned of, because it was probably given in kPa") {
+  Scene scene = moving_scene("auto");
+  scene.materials.push_back({.name = "fat", .youngs_modulus = 24.0, .density = 950.0});
+  const std::vector<std::string> warnings = plan_of(scene).warnings;
+  CHECK(std::ranges::count(warnings,
+                           "youngs_modulus of fat is 24 Pa, less than that of any "
+                           "tissue; 1 kPa is 1000") == 1);
+  scene.materials.back().youngs_modulus = 300.0;
+  CHECK(plan_of(scene).warnings.size() == warnings.size() - 1);
+}
+
 TEST("the number of substeps is the smallest that keeps the margin") {
   for (const char* name : {"euler-cromer", "leapfrog", "rk4", "velocity-verlet"}) {
     Scene scene = moving_scene(name);
