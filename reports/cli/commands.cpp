@@ -296,9 +296,9 @@ std::string version_text() {
 }
 
 std::string reproducible(const CLI::App& command) {
-  constexpr std::array<std::string_view, 9> without_effect{"--out",  "--quiet",   "--verbose",
-                                                           "--json", "--jobs",    "--cache",
-                                                           "--data", "--history", "--slack"};
+  constexpr std::array<std::string_view, 10> without_effect{
+      "--out",   "--quiet", "--verbose", "--json",  "--jobs",
+      "--cache", "--data",  "--history", "--slack", "--shard"};
   const CLI::App* parent = command.get_parent();
   const bool nested = parent != nullptr && parent->get_parent() != nullptr;
   std::string text = "palpate " + (nested ? parent->get_name() + " " : "") + command.get_name();
