@@ -161,7 +161,7 @@ void check(const CampaignFile& file, const io::Places& places, io::Problems& pro
       problems.add(places, key + ".range", key + ".range must be [lowest, highest]");
     } else if (range && one.scale == campaign::Scale::log && one.range[0] <= 0.0) {
       problems.add(places, key + ".range", key + ".range must be > 0 for scale = \"log\"");
-    } else if (grid ? one.values.empty() == (range && one.count > 0) : !range) {
+    } else if (grid ? !one.values.empty() == (range && one.count > 0) : !range) {
       problems.add(places, key,
                    key + (grid ? " needs values, or range and count" : " needs a range"));
     } else if (!grid && (!one.values.empty() || one.count > 0)) {
@@ -260,8 +260,8 @@ std::string jobs_of(const CampaignFile& file, const fs::path& path) {
   }
   std::vector<std::optional<int>> seeds(file.seeds.begin(), file.seeds.end());
   if (seeds.empty()) { seeds.emplace_back(); }
-  std::string text;
-  std::map<std::string, std::size_t> known;
+  std::vector<Json> jobs;
+  std::map<std::string, std::size_t> known;  // positions in the list
   const auto add = [&](const std::string& scene, const CampaignPatient& patient,
                        std::optional<int> seed, const CampaignSubject& subject, std::size_t build,
                        std::size_t row) {
@@ -273,7 +273,7 @@ std::string jobs_of(const CampaignFile& file, const fs::path& path) {
       set.push_back(key + "=" + exact_number(rows[row][k]));
       values[key] = json_number(rows[row][k]);
     }
-    const std::size_t number = known.size() + 1;
+    const std::size_t number = jobs.size() + 1;
     const std::string scene_file = absolute_in(folder, scene);
     const std::string carrier = subject.subject.find(':') == std::string::npos
                                     ? absolute_in(folder, subject.subject)
@@ -284,21 +284,24 @@ std::string jobs_of(const CampaignFile& file, const fs::path& path) {
     } catch (const InputError& problem) {
       throw InputError(path.string() + ": job " + std::to_string(number) + ": " + problem.what());
     }
-    const auto [before, fresh] = known.emplace(id, number);
+    const std::string seed_name = seed ? "seed " + std::to_string(*seed) : "";
+    const std::string group =
+        group_of({scene, patient.name, seed_name, subject.name, file.builds[build]});
+    const auto [before, fresh] = known.emplace(id, jobs.size());
+    if (!fresh && jobs[before->second].at("group") == group) {  // Sobol points may coincide
+      jobs[before->second]["rows"].push_back(row);
+      return;
+    }
     if (!fresh) {
-      throw InputError(path.string() + ": job " + std::to_string(number) +
-                       " has the inputs of job " + std::to_string(before->second) +
+      throw InputError(path.string() + ": " + group + " has the inputs of job " +
+                       std::to_string(before->second + 1) + " of " +
+                       jobs[before->second].at("group").get<std::string>() +
                        "; each combination once");
     }
-    const std::string seed_name = seed ? "seed " + std::to_string(*seed) : "";
-    text += object("id", id, "scene", scene, "file", scene_file, "set", set, "patient",
-                   patient.name, "seed", seed_name, "subject", subject.name, "carrier", carrier,
-                   "options", subject.options, "build", file.builds[build], "program",
-                   absolute_in(folder, file.builds[build]), "group",
-                   group_of({scene, patient.name, seed_name, subject.name, file.builds[build]}),
-                   "row", row, "parameters", values, "deadline_us", file.deadline_us)
-                .dump() +
-            "\n";
+    jobs.push_back(object(
+        "id", id, "scene", scene, "file", scene_file, "set", set, "carrier", carrier, "options",
+        subject.options, "program", absolute_in(folder, file.builds[build]), "group", group, "rows",
+        std::vector<std::size_t>{row}, "parameters", values, "deadline_us", file.deadline_us));
   };
   for (const std::string& scene : file.scenes) {
     for (const CampaignPatient& patient : file.patients) {
@@ -314,6 +317,8 @@ std::string jobs_of(const CampaignFile& file, const fs::path& path) {
       }
     }
   }
+  std::string text;
+  for (const Json& job : jobs) { text += job.dump() + "\n"; }
   return text;
 }
 
@@ -485,7 +490,7 @@ Json timing_of(const Trace& trace, double deadline_us, bool exclusive) {
 /// Begins the result of a job with what names it.
 Json result_of(const Json& job) {
   Json result = Json::object();
-  for (const char* key : {"id", "scene", "group", "row", "parameters"}) {
+  for (const char* key : {"id", "scene", "group", "rows", "parameters"}) {
     result[key] = job.at(key);
   }
   return result;
@@ -827,15 +832,18 @@ JobResult job_from(const Json& json, std::size_t rows) {
   JobResult job{.id = json.at("id"),
                 .scene = json.at("scene"),
                 .group = json.at("group"),
-                .row = json.at("row"),
+                .rows = json.at("rows"),
                 .nodes = json.at("nodes"),
                 .status = json.at("status"),
                 .cause = json.at("cause")};
-  if (job.row >= rows) { throw std::runtime_error("row = " + json.at("row").dump()); }
+  if (std::ranges::any_of(job.rows, [rows](std::size_t row) { return row >= rows; })) {
+    throw std::runtime_error("rows = " + json.at("rows").dump());
+  }
   for (const auto& [name, value] : json.at("quantities").items()) {
     job.quantities.emplace(name, number_from_json(value));
   }
-  for (const auto& [key, range] : json.value("domain", Json::object()).items()) {
+  const Json domain = json.value("domain", Json::object());
+  for (const auto& [key, range] : domain.items()) {
     job.domain[key] = {range.at(0), range.at(1)};
   }
   if (json.contains("timing")) {

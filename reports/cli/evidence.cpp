@@ -237,7 +237,11 @@ struct Sources {
   Domain tested{};
 };
 
-std::string folder_of(const std::string& file) { return file.substr(0, file.rfind('/')); }
+/// Folder of a file in the archive; empty at the top.
+std::string folder_of(const std::string& file) {
+  const std::size_t slash = file.rfind('/');
+  return slash == std::string::npos ? std::string() : file.substr(0, slash);
+}
 
 Outcome qualification_outcome(const Json& json) {
   Outcome outcome{.name = "qualification/planted-faults",
@@ -265,7 +269,8 @@ Sources sources_in(const Files& files) {
       outcomes = campaign_findings(bytes, name, sources.tested).outcomes;
     } else if (name.ends_with("/run.json")) {
       try {
-        for (const auto& [key, range] : parse_json(bytes).at("domain").items()) {
+        const Json domain = parse_json(bytes).at("domain");
+        for (const auto& [key, range] : domain.items()) {
           widen(sources.tested, {{key, {range.at(0), range.at(1)}}});
         }
       } catch (const std::exception& problem) {
@@ -288,7 +293,7 @@ Sources sources_in(const Files& files) {
                          std::string(name_of(outcome.status)) + ", but its quantities say " +
                          std::string(name_of(again.status)) + "; results as palpate wrote them");
       }
-      sources.outcomes.emplace_back(folder_of("/" + name).substr(1), std::move(outcome));
+      sources.outcomes.emplace_back(folder_of(name), std::move(outcome));
     }
   }
   return sources;
@@ -679,6 +684,8 @@ struct EvidenceOptions : CommonOptions {
 };
 
 int run_evidence(const EvidenceOptions& options) {
+  // Refuses a wrong key before the work.
+  (void)evidence::statement_over({}, evidence::evidence_predicate, "{}", options.key);
   std::vector<Input> inputs;
   Files files;
   for (std::size_t n = 0; n < options.results.size(); ++n) {

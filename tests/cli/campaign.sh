@@ -41,7 +41,10 @@ END
 "$palpate" campaign plan campaign.toml --out one
 "$palpate" campaign plan campaign.toml --out two >said
 cmp one/jobs.jsonl two/jobs.jsonl
-[ "$(wc -l <one/jobs.jsonl)" -eq 64 ] || fail "$(wc -l one/jobs.jsonl)"
+jobs=$(wc -l <one/jobs.jsonl)  # fewer than 16 * (2 + 2): the first Sobol points coincide, and run once
+[ "$jobs" -le 64 ] || fail "$jobs jobs"
+[ "$(grep -o '"rows":[^]]*]' one/jobs.jsonl | tr -cd '0-9,\n' | tr ',' '\n' | sort -n | uniq | wc -l)" -eq 64 ] || fail "rows"
+half=$(((jobs + 1) / 2))
 "$palpate" campaign run one --jobs 2 --quiet
 "$palpate" campaign merge one --out one.jsonl
 
@@ -49,7 +52,7 @@ cmp one/jobs.jsonl two/jobs.jsonl
 "$palpate" campaign run two --shard 1/2 --quiet
 refused 2 "--array=2 of 2 shards" merge two --shards 2 --out two.jsonl
 [ ! -e two.jsonl ] || fail "an incomplete merge was written"
-"$palpate" campaign status two | grep -q "32 of 64 jobs done: 32 ok, 0 failed" || fail "status"
+"$palpate" campaign status two | grep -q "$half of $jobs jobs done: $half ok, 0 failed" || fail "status"
 cp -r two three
 SLURM_ARRAY_TASK_ID=1 SLURM_ARRAY_TASK_MIN=0 SLURM_ARRAY_TASK_MAX=1 SLURM_ARRAY_TASK_COUNT=2 \
   "$palpate" campaign run three --quiet
@@ -62,7 +65,7 @@ rm "${files[5]}"
 truncate -s 100 "${files[9]}"
 refused 2 "results are missing; --array=" merge three --out a.jsonl
 "$palpate" campaign run three --quiet >said
-grep -q "2 jobs ran, 62 kept" said || fail "$(cat said)"
+grep -q "2 jobs ran, $((jobs - 2)) kept" said || fail "$(cat said)"
 "$palpate" campaign merge three --out a.jsonl
 cmp one.jsonl a.jsonl
 
@@ -111,11 +114,12 @@ sed 's/range = \[1.0, 2.0\]/range = [2.0, 1.0]/' campaign.toml >wrong.toml
 refused 2 "wrong.toml:8: parameter\[0\].range must be \[lowest, highest\]" plan wrong.toml --out wrong
 sed 's/oscillator.stiffness/oscillator.stifness/' campaign.toml >wrong.toml
 refused 2 "wrong.toml: job 1: .*stifness" plan wrong.toml --out wrong
-sed 's/\["oscillator.toml"\]/["oscillator.toml", "oscillator.toml"]/' campaign.toml >wrong.toml
-refused 2 "wrong.toml: job 65 has the inputs of job 1" plan wrong.toml --out wrong
+cp oscillator.toml copy.toml
+sed 's/\["oscillator.toml"\]/["oscillator.toml", "copy.toml"]/' campaign.toml >wrong.toml
+refused 2 "wrong.toml: copy.toml has the inputs of job 1 of oscillator.toml" plan wrong.toml --out wrong
 [ ! -e wrong ] || fail "a refused plan was written"
 head -c 2000 one.jsonl >cut.jsonl
 refused 2 "cut.jsonl" report cut.jsonl --out wrong
-head -n 60 one.jsonl >cut.jsonl
-refused 2 "cut.jsonl: has 59 of 64 results" report cut.jsonl --out wrong
+head -n 30 one.jsonl >cut.jsonl
+refused 2 "cut.jsonl: has 29 of $jobs results" report cut.jsonl --out wrong
 [ ! -e wrong ] || fail "a refused report was written"

@@ -280,7 +280,7 @@ Outcome sensitivity_outcome(const Campaign& campaign, std::span<const JobResult>
   for (const JobResult& job : results) {
     auto& group = groups[job.group];
     group.resize(rows);
-    group.at(job.row) = &job;
+    for (const std::size_t row : job.rows) { group.at(row) = &job; }
   }
   constexpr std::size_t most_groups = 20;
   if (groups.size() > most_groups) {

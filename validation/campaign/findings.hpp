@@ -26,12 +26,12 @@ struct Claim {
 
 struct JobResult {
   std::string id{};
-  std::string scene{};   ///< as named by the campaign
-  std::string group{};   ///< scene, patient, seed, subject and build
-  std::size_t row = 0;   ///< of the design
-  long nodes = 0;        ///< of the scene's network
-  std::string status{};  ///< ok, unreliable, diverged or error
-  std::string cause{};   ///< of a status other than ok, without numbers
+  std::string scene{};              ///< as named by the campaign
+  std::string group{};              ///< scene, patient, seed, subject and build
+  std::vector<std::size_t> rows{};  ///< of the design, that have these inputs
+  long nodes = 0;                   ///< of the scene's network
+  std::string status{};             ///< ok, unreliable, diverged or error
+  std::string cause{};              ///< of a status other than ok, without numbers
   std::map<std::string, double> quantities{};
   /// Smallest and largest tested value of speed, depth, diameter and modulus.
   std::map<std::string, std::array<double, 2>> domain{};
