@@ -403,7 +403,7 @@ Plan read_plan(const fs::path& folder) {
 }
 
 fs::path result_file(const fs::path& folder, const std::string& id) {
-  return folder / "results" / (id + ".json");
+  return folder / "results" / (id + ".result");
 }
 
 /// Returns the line of a stored result with its line end; empty if it is missing, damaged or of
@@ -843,9 +843,7 @@ JobResult job_from(const Json& json, std::size_t rows) {
     job.quantities.emplace(name, number_from_json(value));
   }
   const Json domain = json.value("domain", Json::object());
-  for (const auto& [key, range] : domain.items()) {
-    job.domain[key] = {range.at(0), range.at(1)};
-  }
+  for (const auto& [key, range] : domain.items()) { job.domain[key] = {range.at(0), range.at(1)}; }
   if (json.contains("timing")) {
     job.timing = json.at("timing").at("status");
     job.timing_reason = json.at("timing").value("reason", "");

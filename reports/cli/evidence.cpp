@@ -122,14 +122,15 @@ const std::vector<Credibility>& credibility_items() {
   const std::vector<std::string> calculation{"network/order", "oscillator/order", "needle/spacing",
                                              "needle/order", "oscillator/stability-limit"};
   const std::vector<std::string> plausible{"needle", "probe", "stability", "haptics"};
+  const std::vector<std::string> measured{"comparison/measured", "comparison/measured-phantom"};
   static const std::vector<Credibility> items{
       {fda, "1 code verification", code, ""},
       {fda, "2 model calibration", {"calibration", "clinical/calibration"}, ""},
+      {fda, "3 bench test validation", {"comparison/measured-phantom"}, "recordings of phantoms"},
       {fda,
-       "3 bench test validation",
-       {"comparison"},
-       "shown by recordings of kind measured-phantom"},
-      {fda, "4 in vivo validation", {"comparison"}, "shown by recordings of kind measured"},
+       "4 in vivo validation",
+       {"comparison/measured"},
+       "recordings of patients; reconstructed ones are no evidence"},
       {fda, "5 population-based validation", {}, "no population data"},
       {fda, "6 emergent model behaviour", {"needle/loss-of-resistance", "needle/bone"}, ""},
       {fda, "7 model plausibility", plausible, ""},
@@ -142,12 +143,15 @@ const std::vector<Credibility>& credibility_items() {
        {"oscillator/order", "network/order", "network/reference"},
        ""},
       {asme, "use error", {}, "review of inputs by a second person"},
-      {asme, "model form", {"needle", "probe", "tissue", "comparison"}, ""},
+      {asme,
+       "model form",
+       {"needle", "probe", "tissue", "comparison/measured", "comparison/measured-phantom"},
+       ""},
       {asme, "model inputs", {"patient", "campaign/sensitivity"}, ""},
-      {asme, "test samples", {"comparison"}, ""},
-      {asme, "test conditions", {"comparison"}, ""},
-      {asme, "equivalency of input parameters", {"comparison"}, ""},
-      {asme, "output comparison", {"comparison"}, ""},
+      {asme, "test samples", measured, ""},
+      {asme, "test conditions", measured, ""},
+      {asme, "equivalency of input parameters", measured, ""},
+      {asme, "output comparison", measured, ""},
       {asme, "relevance of the quantities of interest", {}, "argued by the user"},
       {asme, "relevance of the validation activities", {}, "argued by the user"}};
   return items;
@@ -257,6 +261,41 @@ Outcome qualification_outcome(const Json& json) {
   return outcome;
 }
 
+/// Outcomes of comparison.json, one for each recording: comparison/KIND/NAME.
+std::vector<Outcome> comparison_outcomes(const Json& json) {
+  static const std::map<std::string, Status> statuses{
+      {"agrees", Status::pass},
+      {"differs", Status::fail},
+      {"features agree, curve does not", Status::fail},
+      {"not distinguishable", Status::inconclusive},
+      {"not comparable", Status::error}};
+  std::vector<Outcome> outcomes;
+  for (const Json& recording : json.at("recordings")) {
+    Outcome outcome{.name = "comparison/" + recording.at("kind").get<std::string>() + "/" +
+                            recording.at("name").get<std::string>(),
+                    .suite = "comparison",
+                    .claim = "The simulation agrees with the recording",
+                    .status = statuses.at(recording.at("verdict")),
+                    .reasons = recording.at("reasons")};
+    const Json none = Json::array();
+    for (const Json& feature : recording.value("features", none)) {
+      const bool judged = feature.at("verdict") != "not judged";
+      if (!judged || feature.at("simulated").is_null() || feature.at("lower").is_null()) {
+        continue;
+      }
+      outcome.judge({.name = feature.at("name"),
+                     .value = number_from_json(feature.at("simulated")),
+                     .unit = feature.at("unit"),
+                     .lower = number_from_json(feature.at("lower")),
+                     .upper = number_from_json(feature.at("upper")),
+                     .bound_from = feature.at("tolerance").at("origin"),
+                     .uncertainty = number_from_json(feature.at("expanded_uncertainty"))});
+    }
+    outcomes.push_back(std::move(outcome));
+  }
+  return outcomes;
+}
+
 /// Reads what the archive has in results/N/. Recomputes every verdict; throws InputError for a
 /// verdict that its own numbers do not support.
 Sources sources_in(const Files& files) {
@@ -275,6 +314,12 @@ Sources sources_in(const Files& files) {
         }
       } catch (const std::exception& problem) {
         throw json_trouble(name, bytes, problem, "a run.json as palpate evidence wrote it");
+      }
+    } else if (name.ends_with("/comparison.json")) {
+      try {
+        outcomes = comparison_outcomes(parse_json(bytes));
+      } catch (const std::exception& problem) {
+        throw json_trouble(name, bytes, problem, "comparison.json as palpate compare wrote it");
       }
     } else if (name == "qualification.json") {
       try {
@@ -630,6 +675,10 @@ void add_results(Files& files, const std::string& folder, const fs::path& path,
                  std::vector<Input>& inputs) {
   if (fs::is_regular_file(path)) {
     add_file(files, folder + "/campaign.jsonl", path, inputs);
+    return;
+  }
+  if (fs::exists(path / "comparison.json") && !fs::exists(path / "results.json")) {
+    add_file(files, folder + "/comparison.json", path / "comparison.json", inputs);
     return;
   }
   if (!is_run_folder(path)) {

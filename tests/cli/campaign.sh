@@ -60,7 +60,7 @@ SLURM_ARRAY_TASK_ID=1 SLURM_ARRAY_TASK_MIN=0 SLURM_ARRAY_TASK_MAX=1 SLURM_ARRAY_
 "$palpate" campaign merge two three --out b.jsonl
 cmp one.jsonl a.jsonl
 cmp one.jsonl b.jsonl
-files=(three/results/*.json)
+files=(three/results/*.result)
 rm "${files[5]}"
 truncate -s 100 "${files[9]}"
 refused 2 "results are missing; --array=" merge three --out a.jsonl
@@ -70,7 +70,7 @@ grep -q "2 jobs ran, $((jobs - 2)) kept" said || fail "$(cat said)"
 cmp one.jsonl a.jsonl
 
 # One job, two results: a determinism failure. The sealed file is written by another plan's run of a changed line.
-id=$(basename "${files[0]}" .json)
+id=$(basename "${files[0]}" .result)
 python3 - "${files[0]}" <<'END'
 import sys
 def fnv(data):

@@ -38,6 +38,17 @@ END
 "$palpate" campaign plan campaign.toml --out plan >said
 "$palpate" campaign run plan --quiet >said
 "$palpate" campaign merge plan --out speeds.jsonl >said
+# A recording that is the trace itself: a rise to 60 kPa in 6 s and a loss of resistance.
+python3 - <<'END'
+with open("trace.csv", "w") as trace, open("same.csv", "w") as recording:
+    trace.write("time_s,tool.depth_m,tool.force_n,syringe.pressure_pa,tool.layer,tool.event\n")
+    recording.write("time_s,pressure_Pa\n")
+    for tick in range(481):
+        pressure = tick * 250 if tick < 240 else max(1000, 60000 - (tick - 240) * 5900)
+        trace.write(f"{tick / 40},0.01,1,{pressure},flavum,\n")
+        recording.write(f"{tick / 40},{pressure}\n")
+END
+"$palpate" compare same.csv --trace trace.csv --out compared --quiet >said
 cat >context.toml <<'END'
 title = "Epidural trainer"
 question = "Is the force at the needle right?"
@@ -56,20 +67,24 @@ cases = ["oscillator/order"]
 id = "R2"
 text = "Runs at all speeds end."
 cases = ["campaign/jobs"]
+[[requirement]]
+id = "R3"
+text = "The simulation agrees with recordings."
+cases = ["comparison/measured"]
 [[factor]]
 name = "use error"
 evidence = "two persons read every scene"
 END
-make() { "$palpate" evidence judged speeds.jsonl --context context.toml --out "$1" "${@:2}"; }
+make() { "$palpate" evidence judged speeds.jsonl compared --context context.toml --out "$1" "${@:2}"; }
 make evidence.zip --key key.pem
 "$palpate" verify evidence.zip --key pub.pem >said
-grep -q "^unchanged; signature of this key; verdicts recomputed: 2 of 2 requirements shown; planted faults found" said ||
+grep -q "^unchanged; signature of this key; verdicts recomputed: 3 of 3 requirements shown; planted faults found" said ||
   fail "$(cat said)"
 make unsigned.zip
 "$palpate" verify unsigned.zip | grep -q "^unchanged; not signed" || fail "an unsigned archive is not accepted"
 refused 2 "is not signed" verify unsigned.zip --key pub.pem
 refused 2 "the signature is not of other-pub.pem" verify evidence.zip --key other-pub.pem
-refused 2 "pub.pem: is no Ed25519 private key" evidence judged speeds.jsonl --context context.toml --out no.zip --key pub.pem
+refused 2 "pub.pem: is no Ed25519 private key" evidence judged speeds.jsonl compared --context context.toml --out no.zip --key pub.pem
 refused 2 "key.pem: is no Ed25519 public key" verify evidence.zip --key key.pem
 
 # Other programs read it, and its documents say what they must.
@@ -85,7 +100,8 @@ assert named == {n: hashlib.sha256(b).hexdigest() for n, b in files.items() if n
 table = {i["item"]: i["status"] for i in json.loads(files["credibility.json"])}
 assert table["1 code verification"] == "shown", table
 assert table["software quality assurance"] == "shown", table
-assert table["use error"] == "in part" and table["4 in vivo validation"] == "not shown", table
+assert table["use error"] == "in part" and table["3 bench test validation"] == "not shown", table
+assert table["4 in vivo validation"] == "shown", table
 spdx, cyclone = json.loads(files["bom.spdx.json"]), json.loads(files["bom.cyclonedx.json"])
 assert spdx["spdxVersion"] == "SPDX-2.3" and cyclone["bomFormat"] == "CycloneDX"
 rows = list(csv.DictReader(files["claims.csv"].decode().splitlines()))
@@ -99,15 +115,26 @@ END
 # A context beyond the tested domain, and other wrong contexts.
 sed 's/0.009/0.02/' context.toml >wrong.toml
 refused 2 "wrong.toml:8: domain.speed: speed_m_per_s from 0.006 to 0.02 is outside the domain; tested: 0.005 to 0.01" \
-  evidence judged speeds.jsonl --context wrong.toml --out no.zip
+  evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
 refused 2 "context.toml:8: domain.speed: .*tested: none" evidence judged --context context.toml --out no.zip
 sed 's/oscillator\/order/oscillator\/odrer/' context.toml >wrong.toml
-refused 2 'requirement R1: no case of the results is named "oscillator/odrer"' evidence judged speeds.jsonl --context wrong.toml --out no.zip
+refused 2 'requirement R1: no case of the results is named "oscillator/odrer"' evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
 sed 's/influence/infuence/' context.toml >wrong.toml
-refused 2 "wrong.toml:4: unknown key infuence" evidence judged speeds.jsonl --context wrong.toml --out no.zip
+refused 2 "wrong.toml:4: unknown key infuence" evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
 sed 's/"use error"/"use eror"/' context.toml >wrong.toml
-refused 2 'factor.name = "use eror"; one of ' evidence judged speeds.jsonl --context wrong.toml --out no.zip
+refused 2 'factor.name = "use eror"; one of ' evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
 [ ! -e no.zip ] || fail "refused evidence was written"
+
+# Every changed byte is found: places spread over the whole archive, and all of its last 40.
+python3 - "$palpate" <<'END'
+import subprocess, sys
+data = open("evidence.zip", "rb").read()
+for at in [*range(0, len(data), len(data) // 40), *range(len(data) - 40, len(data), 3)]:
+    with open("flipped.zip", "wb") as flipped:
+        flipped.write(data[:at] + bytes([data[at] ^ (1 << at % 8)]) + data[at + 1:])
+    code = subprocess.run([sys.argv[1], "verify", "flipped.zip"], capture_output=True).returncode
+    assert code == 2, f"byte {at}: exit code {code}"
+END
 
 # A verdict that is edited together with its hashes, as a forger without the key would do it.
 python3 - <<'END'
@@ -143,7 +170,7 @@ echo >>context.toml
 refused 1 "out of date: .*context.toml changed since the evidence was made" verify evidence.zip
 
 # A signed certificate.
-"$palpate" certify "$scenes/oscillator.toml" --ordinary --duration 0.1 --key key.pem --out certified --quiet >said || true
+"$palpate" certify "$scenes/oscillator.toml" --ordinary --duration 0.5 --key key.pem --out certified --quiet >said || true
 certificate=certified/certificate.json
 "$palpate" certify --verify $certificate --key pub.pem >said || true
 grep -q "signature of this key" said || fail "$(cat said)"

@@ -62,7 +62,7 @@ SlurmdSpoolDir=$run/spool-%n
 SlurmctldPidFile=$run/slurmctld.pid
 SlurmdPidFile=$run/slurmd-%n.pid
 SlurmctldTimeout=30
-SlurmdTimeout=10
+SlurmdTimeout=5
 MessageTimeout=5
 MinJobAge=60
 KillWait=2
@@ -88,7 +88,7 @@ idle() { [ "$(sinfo -h -N -o '%t' 2>/dev/null | grep -c idle)" -eq 2 ]; }
 wait_until 60 "the nodes do not come up" idle
 
 cd "$out"
-jobs=${PALPATE_SLURM_JOBS:-40}
+jobs=${PALPATE_SLURM_JOBS:-24}
 cat >campaign.toml <<END
 title = "Cubes"
 scenes = ["${PALPATE_SLURM_SCENE:-$scenes/cube.toml}"]
@@ -99,21 +99,19 @@ name = "small"
 set = ["tissue.lattice.nodes=[5,5,8]", "load=[{nodes=[12], force=[0.0,0.0,0.005]}]", "record=[{name=\"top\", node=12}]"]
 [[parameter]]
 key = "simulation.duration"
-range = [20.0, 25.0]
+range = [0.4, 0.5]
 END
 "$palpate" campaign plan campaign.toml --out plan
 cp -r plan alone
 "$palpate" campaign run alone --jobs 2 --quiet
 "$palpate" campaign merge alone --out alone.jsonl
 
-shards=${PALPATE_SLURM_SHARDS:-8}
+shards=${PALPATE_SLURM_SHARDS:-6}
 PALPATE=$palpate "$scripts/slurm-campaign" plan "$shards" merged.jsonl --mem=0 >campaign.log 2>&1 &
 campaign=$!
-results() { find plan/results -name '*.json' | wc -l; }
+results() { find plan/results -name '*.result' | wc -l; }
 quarter() { [ "$(results)" -ge $((jobs / 4)) ] || ! kill -0 "$campaign" 2>/dev/null; }
 wait_until 500 "no results" quarter
-on_b() { squeue -h -w b -o '%i' | grep -q . || ! kill -0 "$campaign" 2>/dev/null; }
-wait_until 60 "no task on node b" on_b
 # The machine goes: its daemon and all that it started, at once. Processes of this cluster alone are touched.
 on_node_b() {
   local each parent
@@ -125,7 +123,12 @@ on_node_b() {
     [ "$(ps -o comm= -p "${parent:-0}")" = slurmstepd ] && echo "$parent"
   done
 }
-mapfile -t lost < <(on_node_b | sort -u)
+lost=()
+has_task() {
+  mapfile -t lost < <(on_node_b | sort -u)
+  [ ${#lost[@]} -gt 0 ] || ! kill -0 "$campaign" 2>/dev/null
+}
+wait_until 60 "no task on node b" has_task
 before=$(results)
 kill -KILL "${pid[node-b]}" "${lost[@]}" 2>/dev/null || true
 unset 'pid[node-b]'
@@ -134,6 +137,7 @@ status=0
 wait "$campaign" || status=$?
 cat campaign.log
 [ "$status" -eq 0 ] || fail "exit code $status"
+[ ${#lost[@]} -gt 0 ] || fail "the campaign ended before a node could be killed"
 cmp alone.jsonl merged.jsonl || fail "other bytes than one machine's"
 [ "$(results)" -eq "$jobs" ] || fail "$(results) results of $jobs jobs"
 echo "$jobs jobs on two nodes, one killed: the bytes of one machine"
