@@ -736,6 +736,7 @@ int run_merge_jobs(const MergeOptions& options) {
   }
   std::size_t next = 0;
   bool begun = false;
+  make_folder_of(options.out);
   io::replace_file(options.out, [&](std::string& part) {
     constexpr std::size_t part_bytes = 1U << 20U;
     if (!begun) { part = plan.header; }

@@ -81,6 +81,16 @@ fs::path CommonOptions::make_folder() const {
   return folder;
 }
 
+void make_folder_of(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  std::error_code problem;
+  if (folder.empty() || fs::create_directories(folder, problem) || fs::is_directory(folder)) {
+    return;
+  }
+  throw InputError(folder.string() + ": cannot be created: " + problem.message() +
+                   "; a folder that can be written is needed");
+}
+
 std::atomic<bool> interrupted{false};
 
 namespace {

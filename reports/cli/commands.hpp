@@ -57,6 +57,9 @@ struct CommonOptions {
 /// systems without locks.
 void lock_folder(const std::filesystem::path& folder);
 
+/// Creates the folder of a file that a command will write. Throws InputError.
+void make_folder_of(const std::filesystem::path& file);
+
 /// Set by SIGINT and SIGTERM after catch_interrupts().
 extern std::atomic<bool> interrupted;
 

@@ -762,6 +762,7 @@ int run_evidence(const EvidenceOptions& options) {
           .dump(),
       options.key);
   const std::string zip = evidence::to_zip(files);
+  make_folder_of(options.out);
   io::replace_file(options.out, zip);
   std::size_t shown = 0;
   std::size_t all = 0;
