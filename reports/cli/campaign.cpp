@@ -275,9 +275,10 @@ std::string jobs_of(const CampaignFile& file, const fs::path& path) {
     }
     const std::size_t number = jobs.size() + 1;
     const std::string scene_file = absolute_in(folder, scene);
-    const std::string carrier = subject.subject.find(':') == std::string::npos
-                                    ? absolute_in(folder, subject.subject)
-                                    : subject.subject;
+    const bool is_path = subject.subject.find(':') == std::string::npos;
+    const std::string carrier = subject.subject == "model" ? ""
+                                : is_path                  ? absolute_in(folder, subject.subject)
+                                                           : subject.subject;
     std::string id;
     try {
       id = job_id(io::read_scene(scene_file, set), carrier, subject.options, codes[build]);
@@ -512,10 +513,15 @@ std::string job_line(const Json& job, bool exclusive) {
   const NetworkProblem* network = loaded.network();
   add_keys(result, "nodes", network != nullptr ? network->network().node_count() : 1, "status",
            "ok", "cause", "");
+  const auto fails = [&result](const std::string& cause) {
+    result["status"] = "error";
+    result["cause"] = without_digits(cause);
+    result["quantities"] = Json::object();
+  };
   SampleOptions samples{.energy_range = true};
   if (network != nullptr && !choice.foreign()) { samples.cells = &network->network(); }
   try {
-    const std::unique_ptr<Subject> foreign = foreign_subject(choice, loaded);
+    const std::unique_ptr<Subject> foreign = foreign_subject(confined(choice, options), loaded);
     const Trace trace = roll_out(foreign != nullptr ? *foreign : loaded.subject, loaded.file.scene,
                                  samples, {.stop = &interrupted});
     if (trace.interrupted) { io::end_process(interrupted_code); }
@@ -535,9 +541,11 @@ std::string job_line(const Json& job, bool exclusive) {
     const double deadline = job.at("deadline_us");
     if (deadline > 0.0) { result["timing"] = timing_of(trace, deadline, exclusive); }
   } catch (const SubjectFailure& failure) {
-    result["status"] = "error";
-    result["cause"] = without_digits(failure.what());
-    result["quantities"] = Json::object();
+    fails(failure.what());
+  } catch (const InputError& problem) {
+    // A scene that the simulator cannot represent; one that cannot be started here is refused.
+    if (!std::string_view(problem.what()).starts_with(file.string())) { throw; }
+    fails(std::string(problem.what()).substr(file.string().size() + 2));
   }
   return result.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -102,6 +102,30 @@ rows = cases["campaign/sensitivity"]["tables"][0]["rows"]
 assert any(r[0] == "x_m.final" and r[2] == "tissue.oscillator.stiffness" for r in rows), rows
 END
 
+# Other simulators and builds. A copy with another code hash is another build; a scene that a simulator cannot represent
+# is a failure with its cause.
+hash=$("$palpate" campaign job --code)
+LC_ALL=C sed "s/$hash/$(tr 0-9a-f 1-9a-f0 <<<"$hash")/" "$palpate" >palpate-2
+chmod +x palpate-2
+cat >product.toml <<END
+title = "Product"
+scenes = ["oscillator.toml"]
+builds = ["$palpate", "palpate-2"]
+[[subject]]
+name = "model"
+subject = "model"
+[[subject]]
+name = "other"
+subject = "exec:true"
+END
+"$palpate" campaign plan product.toml --out product >said
+grep -q "^4 jobs" said || fail "$(cat said)"
+"$palpate" campaign run product --quiet >said
+grep -q "4 jobs ran, 0 kept, 2 failed, 0 lost" said || fail "$(cat said)"
+"$palpate" campaign merge product --out product.jsonl >said
+refused 1 "report" report product.jsonl --out product-report
+grep -q '"error: --subject: an oscillator is not tissue; a network"' product-report/results.json || fail "no cause"
+
 # An input that changed since the plan, and files that are no campaign.
 cp -r two stale
 sed -i 's/^mass.*/mass = 1.25/' oscillator.toml
