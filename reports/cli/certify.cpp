@@ -21,6 +21,7 @@
 #include "reports/certificate_report.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/cli/loaded_scene.hpp"
+#include "reports/evidence.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/timing/child_process.hpp"
 #include "validation/certificate/certificate.hpp"
@@ -43,9 +44,12 @@ struct CertifyOptions : CommonOptions {
   bool verify = false;               ///< `scene` is a certificate.json
   std::optional<double> deadline{};  ///< deadline [us]; empty: the period
   std::vector<std::string> loads{};  ///< load types; empty: idle
+  std::filesystem::path key{};       ///< private key that signs, or the public one for --verify
   bool ordinary = false;  ///< if true, no real-time scheduling and no locked memory are requested
   SubjectChoice subject{};
 };
+
+constexpr const char* statement_file = "certificate.intoto.json";
 
 using Value = decltype(EnvironmentFact::value);
 
@@ -304,19 +308,6 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
   return plan;
 }
 
-/// Hash of a library, or of a command and of each of its words that is a file.
-std::string hash_of_subject(const std::string& subject) {
-  constexpr std::string_view command = "exec:";
-  if (!subject.starts_with(command)) { return io::sha256_of_file(subject); }
-  std::string all = subject;
-  std::istringstream words(subject.substr(command.size()));
-  for (std::string word; words >> word;) {
-    std::error_code unknown;
-    if (std::filesystem::is_regular_file(word, unknown)) { all += "\n" + io::sha256_of_file(word); }
-  }
-  return io::sha256(all);
-}
-
 /// Hashes of everything that runs, and their sum.
 void hash_what_runs(const CertifyOptions& options, const LoadedScene& loaded,
                     CertificateReport& report) {
@@ -399,11 +390,22 @@ void tell(const CertificateReport& report, const Outcome& outcome,
 int verify(const CertifyOptions& options) {
   constexpr std::size_t most_bytes = 1U << 26U;
   const std::filesystem::path& file = options.scene;
-  const SealedVerdict sealed = verified_certificate(
-      io::read_text(file, most_bytes),
-      io::read_text(file.parent_path() / "histogram.csv", most_bytes), file.string());
-  std::printf("unchanged since it was written; %s: %s\n", io::printable(sealed.verdict).c_str(),
-              io::printable(sealed.reason).c_str());
+  const evidence::Files files{
+      {"certificate.json", io::read_text(file, most_bytes)},
+      {"histogram.csv", io::read_text(file.parent_path() / "histogram.csv", most_bytes)}};
+  const SealedVerdict sealed =
+      verified_certificate(files.at("certificate.json"), files.at("histogram.csv"), file.string());
+  const std::filesystem::path statement = file.parent_path() / statement_file;
+  std::string signature;
+  if (!options.key.empty() || std::filesystem::exists(statement)) {
+    const evidence::CheckedStatement checked = evidence::check_statement(
+        io::read_text(statement, most_bytes), evidence::certificate_predicate, files, options.key,
+        statement.string());
+    signature =
+        checked.signature_checked ? "signature of this key; " : "signature not checked (--key); ";
+  }
+  std::printf("unchanged since it was written; %s%s: %s\n", signature.c_str(),
+              io::printable(sealed.verdict).c_str(), io::printable(sealed.reason).c_str());
   return sealed.verdict == verdict_word(Status::pass)   ? done
          : sealed.verdict == verdict_word(Status::fail) ? fell_short
                                                         : machine_cannot;
@@ -411,6 +413,9 @@ int verify(const CertifyOptions& options) {
 
 int run_certify(const CertifyOptions& options) {
   if (options.verify) { return verify(options); }
+  if (!options.key.empty()) {  // refuses a wrong key before the measurement
+    (void)evidence::statement_over({}, evidence::certificate_predicate, "{}", options.key);
+  }
   for (const std::string& load : options.loads) {
     if (is_own_load(load) || load == "stress-ng") { continue; }
     throw InputError("--load " + load + ": unknown; " + std::string(own_loads) + " or stress-ng");
@@ -456,10 +461,17 @@ int run_certify(const CertifyOptions& options) {
     report.result.notes.emplace_back("The scene requests more threads; the loop used one.");
   }
   const Outcome outcome = outcome_of(report.result);
+  const evidence::Files files{{"certificate.json", to_json(report)},
+                              {"histogram.csv", to_csv(report)}};
   const io::WholeWrite whole;
-  io::replace_file(folder / "certificate.json", to_json(report));
-  io::replace_file(folder / "histogram.csv", to_csv(report));
+  for (const auto& [name, content] : files) { io::replace_file(folder / name, content); }
   io::replace_file(folder / "report.html", to_html(report));
+  std::filesystem::remove(folder / statement_file);  // of an earlier certificate
+  if (!options.key.empty()) {
+    io::replace_file(
+        folder / statement_file,
+        evidence::statement_over(files, evidence::certificate_predicate, "{}", options.key));
+  }
   tell(report, outcome, folder, options);
   if (report.result.interrupted) { return interrupted_code; }
   return outcome.status == Status::pass   ? done
@@ -468,6 +480,18 @@ int run_certify(const CertifyOptions& options) {
 }
 
 }  // namespace
+
+std::string hash_of_subject(const std::string& subject) {
+  constexpr std::string_view command = "exec:";
+  if (!subject.starts_with(command)) { return io::sha256_of_file(subject); }
+  std::string all = subject;
+  std::istringstream words(subject.substr(command.size()));
+  for (std::string word; words >> word;) {
+    std::error_code unknown;
+    if (std::filesystem::is_regular_file(word, unknown)) { all += "\n" + io::sha256_of_file(word); }
+  }
+  return io::sha256(all);
+}
 
 void add_certify(Program& program) {
   const auto [command, options] = add_command(
@@ -496,6 +520,9 @@ void add_certify(Program& program) {
   command.add_flag("--verify", options.verify,
                    "SCENE is a certificate.json: run nothing, refuse it with exit code 2 if it or "
                    "histogram.csv beside it was changed, else end as it says");
+  add_value(command, "--key", options.key, "FILE",
+            "Ed25519 private key (PEM) that signs the certificate; with --verify the public key "
+            "that must have signed it");
   add_json(command, options, "certificate.json");
   command.footer(
       "Writes certificate.json, histogram.csv and report.html; docs/certificate.md explains the "

@@ -90,6 +90,16 @@ fs::path CommonOptions::make_folder() const {
   return folder;
 }
 
+void make_folder_of(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  std::error_code problem;
+  if (folder.empty() || fs::create_directories(folder, problem) || fs::is_directory(folder)) {
+    return;
+  }
+  throw InputError(folder.string() + ": cannot be created: " + problem.message() +
+                   "; a folder that can be written is needed");
+}
+
 std::atomic<bool> interrupted{false};
 
 namespace {
@@ -321,9 +331,9 @@ std::string version_text() {
 }
 
 std::string reproducible(const CLI::App& command) {
-  constexpr std::array<std::string_view, 9> without_effect{"--out",  "--quiet",   "--verbose",
-                                                           "--json", "--jobs",    "--cache",
-                                                           "--data", "--history", "--slack"};
+  constexpr std::array<std::string_view, 10> without_effect{
+      "--out",   "--quiet", "--verbose", "--json",  "--jobs",
+      "--cache", "--data",  "--history", "--slack", "--shard"};
   const CLI::App* parent = command.get_parent();
   const bool nested = parent != nullptr && parent->get_parent() != nullptr;
   std::string text = "palpate " + (nested ? parent->get_name() + " " : "") + command.get_name();

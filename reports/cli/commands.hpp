@@ -8,11 +8,13 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "device/byte_link.hpp"
 #include "reports/subject/foreign_subject.hpp"
+#include "validation/campaign/plan.hpp"
 #include "validation/outcome.hpp"
 
 namespace palpate::build {
@@ -55,6 +57,9 @@ struct CommonOptions {
 /// systems without locks.
 void lock_folder(const std::filesystem::path& folder);
 
+/// Creates the folder of a file that a command will write. Throws InputError.
+void make_folder_of(const std::filesystem::path& file);
+
 /// Set by SIGINT and SIGTERM after catch_interrupts().
 extern std::atomic<bool> interrupted;
 
@@ -96,6 +101,18 @@ void add_scene(CLI::App& command, CommonOptions& options, std::filesystem::path&
 /// Adds --subject and the options of other simulators.
 void add_subject_options(CLI::App& command, SubjectChoice& choice);
 
+/// Adds --shard. `items` are what it selects, for the help text.
+void add_shard(CLI::App& command, std::string& shard, const std::string& items);
+
+/// Returns the shard of --shard, else that of TEST_SHARD_INDEX, GTEST_SHARD_INDEX (from 0) or a
+/// whole Slurm array; empty if there is none. Throws InputError.
+std::optional<campaign::Shard> chosen_shard(const std::string& given);
+
+// Keys of the provenance of a shard of `validate`, and what `merge` needs of it.
+inline constexpr const char* shard_key = "shard";
+inline constexpr const char* shard_positions_key = "shard positions";
+inline constexpr const char* shard_total_key = "shard total";
+
 /// Folder of kept references, judged cases and libraries, unless --cache names another.
 std::filesystem::path default_cache_folder();
 
@@ -117,6 +134,9 @@ void write_new_folder(const std::filesystem::path& folder, const std::vector<Tem
 /// it. Throws InputError.
 std::string write_subject_skeleton(const std::string& language,
                                    const std::filesystem::path& folder);
+
+/// Hash of a library, or of a command and of each of its words that is a file.
+std::string hash_of_subject(const std::string& subject);
 
 /// Entries of a provenance that describe a subject.
 std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts);
@@ -234,6 +254,10 @@ void add_steps(Program& program);
 void add_certify(Program& program);
 void add_report(Program& program);
 void add_index(Program& program);
+void add_merge(Program& program);
+void add_campaign(Program& program);
+void add_evidence(Program& program);
+void add_verify(Program& program);
 void add_falcon(Program& program);
 void add_import(Program& program);
 void add_transducer(Program& program);

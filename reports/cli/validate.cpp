@@ -82,7 +82,9 @@ struct ValidateOptions : CommonOptions {
                                   ///< the user's cache folder
   std::filesystem::path data{};   ///< networks outside the project; if empty, the default folders
   SubjectChoice subject{};
-  std::filesystem::path expected{};  ///< list of known failures; empty: none
+  std::filesystem::path expected{};        ///< list of known failures; empty: none
+  std::string shard_text{};                ///< value of --shard
+  std::optional<campaign::Shard> shard{};  ///< part of the selected cases to run; empty: all
 };
 
 /// Settings that differ between the two commands.
@@ -589,10 +591,35 @@ void tell_advice(const Outcome& outcome) {
   if (found != advice().end()) { std::printf("            advice: %s\n", found->second.c_str()); }
 }
 
+/// Removes the cases that are not of the shard, and returns the provenance from which `palpate
+/// merge` restores the order of one run. Long cases are dealt out first.
+std::map<std::string, std::string> keep_shard(const campaign::Shard& shard,
+                                              std::vector<Case>& cases) {
+  std::vector<std::size_t> order(cases.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t n) { return cases[n].weight; });
+  std::set<std::size_t> positions;
+  for (std::size_t n = 0; n < order.size(); ++n) {
+    if (shard.has(n)) { positions.insert(order[n]); }
+  }
+  std::map<std::string, std::string> provenance{{shard_key, shard.text()},
+                                                {shard_total_key, std::to_string(cases.size())}};
+  std::vector<Case> kept;
+  for (const std::size_t position : positions) {
+    std::string& list = provenance[shard_positions_key];
+    list += (list.empty() ? "" : " ") + std::to_string(position);
+    kept.push_back(std::move(cases[position]));
+  }
+  cases = std::move(kept);
+  return provenance;
+}
+
 int judge(const ValidateOptions& options, const Judging& what) {
   if (options.list) { return list(what.cases); }
   refuse_unknown_cases(what.cases, options.cases);
-  const std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
+  std::vector<Case> cases = select_cases(what.cases, options.cases, options.quick);
+  std::map<std::string, std::string> of_shard;
+  if (options.shard) { of_shard = keep_shard(*options.shard, cases); }
   if (options.subject.subject.starts_with("trace:") && cases.size() != 1) {
     throw InputError("--subject " + options.subject.subject + ": " + std::to_string(cases.size()) +
                      " cases are selected; a trace answers the scene of one, and its name is "
@@ -631,6 +658,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
                   .command = options.command,
                   .provenance = build_provenance(),
                   .outcomes = in_order(cases, kept, ran.outcomes)};
+  results.provenance.merge(of_shard);
   if (!kept.empty()) { results.provenance["not run again"] = told_of(kept); }
   if (!ran.interrupted) { look_at_all(options, what, results); }
   for (const Outcome* changed : apply_expected(expected, results.outcomes)) {
@@ -651,6 +679,8 @@ int judge(const ValidateOptions& options, const Judging& what) {
     io::end_process(interrupted_code);  // cases still run on threads that cannot be stopped
   }
   if (tally(results.outcomes).holds()) { return done; }
+  // A shard may have no case, or skipped ones only.
+  if (options.shard && tally(results.outcomes).not_passed() == 0) { return done; }
   const bool none_ran = std::ranges::all_of(results.outcomes, [](const Outcome& one) {
     return one.status == Status::skip && one.reason().starts_with("not run: ");
   });
@@ -666,8 +696,10 @@ std::vector<Case> subject_cases() {
   return cases;
 }
 
-int run_validate(const ValidateOptions& options) {
+int run_validate(const ValidateOptions& given) {
   keep_results_of_interrupted();
+  ValidateOptions options = given;
+  options.shard = chosen_shard(options.shard_text);
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   if (options.subject.foreign()) {
     const SubjectFacts facts = make_subject(options.subject)->facts();
@@ -875,6 +907,7 @@ void add_validate(Program& program) {
             "put nodes and springs in a random order with this seed, to show the effect of "
             "rounding (docs/gate.md)");
   add_value(command, "--data", options.data, "DIR", "folder of data outside the project");
+  add_shard(command, options.shard_text, "cases");
   add_subject_options(command, options.subject);
   add_results_forms(command, options);
   add_value(command, "--expected", options.expected, "FILE",

@@ -36,6 +36,11 @@ class Setting:
         (self.scratch / "tmp").mkdir(parents=True)
         self.environment = dict(os.environ, TMPDIR=str(self.scratch / "tmp"), XDG_CACHE_HOME=str(self.scratch / "cache"))
         self.call(["validate", *cheap_cases, "--quick", "--data", "none", "--out", self.scratch / "judged"])
+        self.call(["validate", *cheap_cases, "--quick", "--data", "none", "--shard", "1/1", "--out", self.scratch / "shard"])
+        (self.scratch / "campaign.toml").write_text(campaign.format(self.source / "fixtures/scenes/oscillator.toml"))
+        self.call(["campaign", "plan", self.scratch / "campaign.toml", "--out", self.scratch / "plan"])
+        self.call(["campaign", "plan", self.scratch / "campaign.toml", "--out", self.scratch / "ran"])
+        self.call(["campaign", "run", self.scratch / "ran"])
         self.call(["approve", self.scratch / "judged", "--baseline", self.scratch / "base/base.json", "--reason", "first"])
 
     def call(self, words, expected=(0,)):
@@ -51,6 +56,9 @@ class Setting:
 
     def copy_of_judged(self, out):
         shutil.copytree(self.scratch / "judged", out, dirs_exist_ok=True)
+
+    def copy_of_plan(self, out):
+        shutil.copytree(self.scratch / "plan", out, dirs_exist_ok=True)
 
     def history_of_one(self, out):
         out.mkdir(parents=True, exist_ok=True)
@@ -94,6 +102,10 @@ class Setting:
             Command("gate", ["gate", self.scratch / "judged", "--baseline", self.scratch / "base/base.json", *folder], ("gate.xml",)),
             Command("approve", ["approve", self.scratch / "judged", "--baseline", "OUT/base.json", "--reason", "again", "--quiet"],
                     prepare=self.copy_of_base),
+            Command("merge", ["merge", self.scratch / "shard", *folder]),
+            Command("campaign-plan", ["campaign", "plan", self.scratch / "campaign.toml", *folder], ("jobs.jsonl",)),
+            Command("campaign-run", ["campaign", "run", "OUT", "--quiet"], prepare=self.copy_of_plan),
+            Command("campaign-merge", ["campaign", "merge", self.scratch / "ran", "--out", "OUT/merged.jsonl"], ("merged.jsonl",)),
             Command("report", ["report", "OUT", "--quiet"], prepare=self.copy_of_judged),
             Command("falcon-solve", ["falcon", "--solve", poses, *folder], ("solution.csv",)),
             Command("falcon-stdio", ["falcon", "--stdio", *folder], stdin=b"A" * 4000),
@@ -107,6 +119,12 @@ class Setting:
         ]
 
 
+campaign = """title = "Oscillators"
+scenes = ["{}"]
+[[parameter]]
+key = "tissue.oscillator.mass"
+values = [1.0, 1.5]
+"""
 cheap_cases = ("oscillator/order/leapfrog", "oscillator/figure-6")
 temporary = re.compile(r"\.tmp-\d+-\d+")
 

@@ -1,0 +1,149 @@
+#!/usr/bin/env bash
+# A campaign in shards and on several machines has the bytes of one machine's; valid results are kept; what is missing,
+# damaged or different is named.
+set -euo pipefail
+palpate=$1 scenes=$2 out=$3
+rm -rf "$out"
+mkdir -p "$out"
+cd "$out"
+fail() { echo "$1"; exit 1; }
+refused() {  # status, expected message, command...
+  local expected=$1 message=$2 status=0
+  shift 2
+  "$palpate" campaign "$@" >said 2>&1 || status=$?
+  [ "$status" -eq "$expected" ] || fail "exit code $status, not $expected: $(cat said)"
+  grep -q -- "$message" said || fail "not \"$message\" but: $(cat said)"
+}
+cp "$scenes/oscillator.toml" .
+cat >campaign.toml <<'END'
+title = "Oscillators"
+scenes = ["oscillator.toml"]
+method = "saltelli"
+samples = 16
+deadline_us = 1000.0
+[[parameter]]
+key = "tissue.oscillator.stiffness"
+range = [1.0, 2.0]
+[[parameter]]
+key = "tissue.oscillator.viscosity"
+range = [0.1, 0.2]
+scale = "log"
+[[claim]]
+quantity = "x_m.peak"
+upper = 1.5
+bound_from = "the initial displacement"
+[[claim]]
+quantity = "x_m.final"
+lower = 0.0
+upper = 0.0
+bound_from = "a bound that most jobs break"
+END
+"$palpate" campaign plan campaign.toml --out one
+"$palpate" campaign plan campaign.toml --out two >said
+cmp one/jobs.jsonl two/jobs.jsonl
+jobs=$(wc -l <one/jobs.jsonl)  # fewer than 16 * (2 + 2): the first Sobol points coincide, and run once
+[ "$jobs" -le 64 ] || fail "$jobs jobs"
+[ "$(grep -o '"rows":[^]]*]' one/jobs.jsonl | tr -cd '0-9,\n' | tr ',' '\n' | sort -n | uniq | wc -l)" -eq 64 ] || fail "rows"
+half=$(((jobs + 1) / 2))
+"$palpate" campaign run one --jobs 2 --quiet
+"$palpate" campaign merge one --out one.jsonl
+
+# Two machines, one of which loses results.
+"$palpate" campaign run two --shard 1/2 --quiet
+refused 2 "--array=2 of 2 shards" merge two --shards 2 --out two.jsonl
+[ ! -e two.jsonl ] || fail "an incomplete merge was written"
+"$palpate" campaign status two | grep -q "$half of $jobs jobs done: $half ok, 0 failed" || fail "status"
+cp -r two three
+SLURM_ARRAY_TASK_ID=1 SLURM_ARRAY_TASK_MIN=0 SLURM_ARRAY_TASK_MAX=1 SLURM_ARRAY_TASK_COUNT=2 \
+  "$palpate" campaign run three --quiet
+"$palpate" campaign merge three two --out a.jsonl
+"$palpate" campaign merge two three --out b.jsonl
+cmp one.jsonl a.jsonl
+cmp one.jsonl b.jsonl
+files=(three/results/*.result)
+rm "${files[5]}"
+truncate -s 100 "${files[9]}"
+refused 2 "results are missing; --array=" merge three --out a.jsonl
+"$palpate" campaign run three --quiet >said
+grep -q "2 jobs ran, $((jobs - 2)) kept" said || fail "$(cat said)"
+"$palpate" campaign merge three --out a.jsonl
+cmp one.jsonl a.jsonl
+
+# One job, two results: a determinism failure. The sealed file is written by another plan's run of a changed line.
+id=$(basename "${files[0]}" .result)
+python3 - "${files[0]}" <<'END'
+import sys
+def fnv(data):
+    value, prime = 0x6c62272e07bb014262b821756295c58d, (1 << 88) + 0x13b
+    for byte in data:
+        value = (value ^ byte) * prime % (1 << 128)
+    return value
+text = open(sys.argv[1], "rb").read()
+line, seal = text[:-52], text[-52:]
+assert seal == seal[:-33] + b"%032x\n" % fnv(line), "the seal of this file"
+line = line.replace(b'"nodes":1,', b'"nodes":2,')
+open(sys.argv[1], "wb").write(line + seal[:-33] + b"%032x\n" % fnv(line))
+END
+refused 1 "determinism failure: job $id" merge one three --out a.jsonl
+refused 1 "determinism failure: job $id" merge three one --out a.jsonl
+
+# The report.
+refused 1 "campaign/x_m.final" report one.jsonl --out report
+python3 - report/results.json <<'END'
+import json, sys
+cases = {c["name"]: c for c in json.load(open(sys.argv[1]))["cases"]}
+assert cases["campaign/x_m.peak"]["status"] == "pass", cases["campaign/x_m.peak"]
+assert cases["campaign/x_m.final"]["status"] == "fail"
+assert cases["campaign/timing"]["status"] == "skip"
+assert "not judged: the node was not declared exclusive" in cases["campaign/timing"]["skipped"]
+causes = cases["campaign/jobs"]["tables"][0]["rows"]
+assert causes[0][0] == "x_m.final is outside its bounds", causes
+rows = cases["campaign/sensitivity"]["tables"][0]["rows"]
+assert any(r[0] == "x_m.final" and r[2] == "tissue.oscillator.stiffness" for r in rows), rows
+END
+
+# Other simulators and builds. A copy with another code hash is another build; a scene that a simulator cannot represent
+# is a failure with its cause.
+hash=$("$palpate" campaign job --code)
+LC_ALL=C sed "s/$hash/$(tr 0-9a-f 1-9a-f0 <<<"$hash")/" "$palpate" >palpate-2
+chmod +x palpate-2
+cat >product.toml <<END
+title = "Product"
+scenes = ["oscillator.toml"]
+builds = ["$palpate", "palpate-2"]
+[[subject]]
+name = "model"
+subject = "model"
+[[subject]]
+name = "other"
+subject = "exec:true"
+END
+"$palpate" campaign plan product.toml --out product >said
+grep -q "^4 jobs" said || fail "$(cat said)"
+"$palpate" campaign run product --quiet >said
+grep -q "4 jobs ran, 0 kept, 2 failed, 0 lost" said || fail "$(cat said)"
+"$palpate" campaign merge product --out product.jsonl >said
+refused 1 "report" report product.jsonl --out product-report
+grep -q '"error: --subject: an oscillator is not tissue; a network"' product-report/results.json || fail "no cause"
+
+# An input that changed since the plan, and files that are no campaign.
+cp -r two stale
+sed -i 's/^mass.*/mass = 1.25/' oscillator.toml
+refused 2 "changed since the plan; plan again" run stale --shard 2/2
+printf '\n' >>stale/jobs.jsonl
+refused 2 "jobs.jsonl: was changed since the plan" run stale
+sed 's/samples = 16/sample = 16/' campaign.toml >wrong.toml
+refused 2 "wrong.toml:4: unknown key sample; did you mean samples" plan wrong.toml --out wrong
+sed 's/range = \[1.0, 2.0\]/range = [2.0, 1.0]/' campaign.toml >wrong.toml
+refused 2 "wrong.toml:8: parameter\[0\].range must be \[lowest, highest\]" plan wrong.toml --out wrong
+sed 's/oscillator.stiffness/oscillator.stifness/' campaign.toml >wrong.toml
+refused 2 "wrong.toml: job 1: .*stifness" plan wrong.toml --out wrong
+cp oscillator.toml copy.toml
+sed 's/\["oscillator.toml"\]/["oscillator.toml", "copy.toml"]/' campaign.toml >wrong.toml
+refused 2 "wrong.toml: copy.toml has the inputs of job 1 of oscillator.toml" plan wrong.toml --out wrong
+[ ! -e wrong ] || fail "a refused plan was written"
+head -c 2000 one.jsonl >cut.jsonl
+refused 2 "cut.jsonl" report cut.jsonl --out wrong
+head -n 30 one.jsonl >cut.jsonl
+refused 2 "cut.jsonl: has 29 of $jobs results" report cut.jsonl --out wrong
+[ ! -e wrong ] || fail "a refused report was written"

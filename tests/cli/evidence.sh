@@ -1,0 +1,181 @@
+#!/usr/bin/env bash
+# An archive of evidence is verified from its own content; contexts beyond what was tested, changed bytes, other keys and
+# changed inputs are refused or named.
+set -euo pipefail
+palpate=$1 scenes=$2 out=$3
+rm -rf "$out"
+mkdir -p "$out"
+cd "$out"
+fail() { echo "$1"; exit 1; }
+refused() {  # status, expected message, command...
+  local expected=$1 message=$2 status=0
+  shift 2
+  "$palpate" "$@" >said 2>&1 || status=$?
+  [ "$status" -eq "$expected" ] || fail "exit code $status, not $expected: $(cat said)"
+  grep -q -- "$message" said || fail "not \"$message\" but: $(cat said)"
+}
+if ! command -v openssl >/dev/null; then
+  echo "skipped: openssl is not installed; it makes the keys of this test"
+  exit 0
+fi
+openssl genpkey -algorithm ed25519 -out key.pem
+openssl pkey -in key.pem -pubout -out pub.pem
+openssl genpkey -algorithm ed25519 -out other.pem
+openssl pkey -in other.pem -pubout -out other-pub.pem
+
+"$palpate" validate oscillator/order oscillator/figure-6 --quick --cache cache --out judged --quiet
+cp "$scenes/epidural.toml" .
+cat >campaign.toml <<'END'
+title = "Speeds"
+scenes = ["epidural.toml"]
+[[patient]]
+name = "coarse"
+set = ["tissue.layers.nodes=[3,3]", "tissue.layers.spacing=0.02", "simulation.duration=0.2", "simulation.step=4e-3"]
+[[parameter]]
+key = "drive.speed"
+values = [0.005, 0.01]
+END
+"$palpate" campaign plan campaign.toml --out plan >said
+"$palpate" campaign run plan --quiet >said
+"$palpate" campaign merge plan --out speeds.jsonl >said
+# A recording that is the trace itself: a rise to 60 kPa in 6 s and a loss of resistance.
+python3 - <<'END'
+with open("trace.csv", "w") as trace, open("same.csv", "w") as recording:
+    trace.write("time_s,tool.depth_m,tool.force_n,syringe.pressure_pa,tool.layer,tool.event\n")
+    recording.write("time_s,pressure_Pa\n")
+    for tick in range(481):
+        pressure = tick * 250 if tick < 240 else max(1000, 60000 - (tick - 240) * 5900)
+        trace.write(f"{tick / 40},0.01,1,{pressure},flavum,\n")
+        recording.write(f"{tick / 40},{pressure}\n")
+END
+"$palpate" compare same.csv --trace trace.csv --out compared --quiet >said
+cat >context.toml <<'END'
+title = "Epidural trainer"
+question = "Is the force at the needle right?"
+use = "training of continuous insertion"
+influence = "medium"
+consequence = "low"
+anomalies = ["The view of old browsers is empty."]
+[domain]
+speed = [0.006, 0.009]
+gauge = [16]
+[[requirement]]
+id = "R1"
+text = "The integrators have their order."
+cases = ["oscillator/order"]
+[[requirement]]
+id = "R2"
+text = "Runs at all speeds end."
+cases = ["campaign/jobs"]
+[[requirement]]
+id = "R3"
+text = "The simulation agrees with recordings."
+cases = ["comparison/measured"]
+[[factor]]
+name = "use error"
+evidence = "two persons read every scene"
+END
+make() { "$palpate" evidence judged speeds.jsonl compared --context context.toml --out "$1" "${@:2}"; }
+make evidence.zip --key key.pem
+"$palpate" verify evidence.zip --key pub.pem >said
+grep -q "^unchanged; signature of this key; verdicts recomputed: 3 of 3 requirements shown; planted faults found" said ||
+  fail "$(cat said)"
+make unsigned.zip
+"$palpate" verify unsigned.zip | grep -q "^unchanged; not signed" || fail "an unsigned archive is not accepted"
+refused 2 "is not signed" verify unsigned.zip --key pub.pem
+refused 2 "the signature is not of other-pub.pem" verify evidence.zip --key other-pub.pem
+refused 2 "pub.pem: is no Ed25519 private key" evidence judged speeds.jsonl compared --context context.toml --out no.zip --key pub.pem
+refused 2 "key.pem: is no Ed25519 public key" verify evidence.zip --key key.pem
+
+# Other programs read it, and its documents say what they must.
+python3 - <<'END'
+import base64, csv, hashlib, json, zipfile
+zip = zipfile.ZipFile("evidence.zip")
+assert zip.testzip() is None
+files = {name: zip.read(name) for name in zip.namelist()}
+statement = json.loads(base64.b64decode(json.loads(files["statement.intoto.json"])["payload"]))
+assert statement["_type"] == "https://in-toto.io/Statement/v1"
+named = {s["name"]: s["digest"]["sha256"] for s in statement["subject"]}
+assert named == {n: hashlib.sha256(b).hexdigest() for n, b in files.items() if n != "statement.intoto.json"}
+table = {i["item"]: i["status"] for i in json.loads(files["credibility.json"])}
+assert table["1 code verification"] == "shown", table
+assert table["software quality assurance"] == "shown", table
+assert table["use error"] == "in part" and table["3 bench test validation"] == "not shown", table
+assert table["4 in vivo validation"] == "shown", table
+spdx, cyclone = json.loads(files["bom.spdx.json"]), json.loads(files["bom.cyclonedx.json"])
+assert spdx["spdxVersion"] == "SPDX-2.3" and cyclone["bomFormat"] == "CycloneDX"
+rows = list(csv.DictReader(files["claims.csv"].decode().splitlines()))
+assert any(r["requirement"] == "R1" and r["quantity"].startswith("announced order") and r["bound_from"] for r in rows), rows[:2]
+domain = json.loads(files["domain.json"])
+assert domain["speed_m_per_s"] == {"tested": [0.005, 0.01], "use": [0.006, 0.009]}, domain
+assert "old browsers" in json.loads(files["anomalies.json"])[0]["text"]
+assert all(f["without"] == "pass" and f["with"] == "fail" for f in json.loads(files["qualification.json"])["faults"])
+END
+
+# A context beyond the tested domain, and other wrong contexts.
+sed 's/0.009/0.02/' context.toml >wrong.toml
+refused 2 "wrong.toml:8: domain.speed: speed_m_per_s from 0.006 to 0.02 is outside the domain; tested: 0.005 to 0.01" \
+  evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
+refused 2 "context.toml:8: domain.speed: .*tested: none" evidence judged --context context.toml --out no.zip
+sed 's/oscillator\/order/oscillator\/odrer/' context.toml >wrong.toml
+refused 2 'requirement R1: no case of the results is named "oscillator/odrer"' evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
+sed 's/influence/infuence/' context.toml >wrong.toml
+refused 2 "wrong.toml:4: unknown key infuence" evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
+sed 's/"use error"/"use eror"/' context.toml >wrong.toml
+refused 2 'factor.name = "use eror"; one of ' evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
+[ ! -e no.zip ] || fail "refused evidence was written"
+
+# Every changed byte is found: places spread over the whole archive, and all of its last 40.
+python3 - "$palpate" <<'END'
+import subprocess, sys
+data = open("evidence.zip", "rb").read()
+for at in [*range(0, len(data), len(data) // 40), *range(len(data) - 40, len(data), 3)]:
+    with open("flipped.zip", "wb") as flipped:
+        flipped.write(data[:at] + bytes([data[at] ^ (1 << at % 8)]) + data[at + 1:])
+    code = subprocess.run([sys.argv[1], "verify", "flipped.zip"], capture_output=True).returncode
+    assert code == 2, f"byte {at}: exit code {code}"
+END
+
+# A verdict that is edited together with its hashes, as a forger without the key would do it.
+python3 - <<'END'
+import base64, hashlib, json, struct, zipfile
+source = zipfile.ZipFile("unsigned.zip")
+files = {n: source.read(n) for n in source.namelist()}
+files["claims.json"] = files["claims.json"].replace(b'"status": "shown"', b'"status": "in part"', 1)
+envelope = json.loads(files.pop("statement.intoto.json"))
+statement = json.loads(base64.b64decode(envelope["payload"]))
+statement["subject"] = [{"name": n, "digest": {"sha256": hashlib.sha256(b).hexdigest()}} for n, b in sorted(files.items())]
+envelope["payload"] = base64.b64encode(json.dumps(statement, separators=(",", ":")).encode()).decode()
+files["statement.intoto.json"] = (json.dumps(envelope, indent=1) + "\n").encode()
+with zipfile.ZipFile("forged.zip", "w", zipfile.ZIP_STORED) as forged:
+    for name, content in sorted(files.items()):
+        forged.writestr(zipfile.ZipInfo(name), content)
+data = bytearray(open("forged.zip", "rb").read())
+at = 0
+while data[at:at + 4] == b"PK\3\4":  # flags and dates as palpate writes them
+    size, length = struct.unpack_from("<I", data, at + 18)[0], struct.unpack_from("<H", data, at + 26)[0]
+    data[at + 4:at + 14] = b"\x0a\0\0\x08\0\0\0\0\x21\0"
+    at += 30 + length + size
+while data[at:at + 4] == b"PK\1\2":
+    length = struct.unpack_from("<H", data, at + 28)[0]
+    data[at + 4:at + 16] = b"\x0a\0\x0a\0\0\x08\0\0\0\0\x21\0"
+    data[at + 36:at + 42] = bytes(6)
+    at += 46 + length
+open("forged.zip", "wb").write(data)
+END
+refused 2 "claims.json does not follow from the results in it" verify forged.zip
+
+# An input that changed is named.
+echo >>context.toml
+refused 1 "out of date: .*context.toml changed since the evidence was made" verify evidence.zip
+
+# A signed certificate.
+"$palpate" certify "$scenes/oscillator.toml" --ordinary --duration 0.5 --key key.pem --out certified --quiet >said || true
+certificate=certified/certificate.json
+"$palpate" certify --verify $certificate --key pub.pem >said || true
+grep -q "signature of this key" said || fail "$(cat said)"
+refused 2 "the signature is not of other-pub.pem" certify --verify $certificate --key other-pub.pem
+printf ' ' >>certified/certificate.intoto.json
+refused 2 "certificate.intoto.json: was changed" certify --verify $certificate
+rm certified/certificate.intoto.json
+refused 2 "certificate.intoto.json: no such file" certify --verify $certificate --key pub.pem
