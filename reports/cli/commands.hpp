@@ -234,6 +234,7 @@ void add_steps(Program& program);
 void add_certify(Program& program);
 void add_report(Program& program);
 void add_falcon(Program& program);
+void add_live(Program& program);
 void add_import(Program& program);
 void add_transducer(Program& program);
 void add_gate(Program& program);
