@@ -32,6 +32,7 @@ struct KernelTermios {
   unsigned output_speed;
 };
 constexpr unsigned long get_termios2 = _IOR('T', 0x2A, KernelTermios);
+constexpr unsigned long set_termios2 = _IOW('T', 0x2B, KernelTermios);
 
 [[noreturn]] void fail(const std::string& what) {
   throw std::system_error(errno, std::generic_category(), what);
@@ -127,6 +128,23 @@ std::size_t PtyLink::unread_bytes() const noexcept {
 unsigned PtyLink::baud() const noexcept {
   KernelTermios settings{};
   return ::ioctl(slave_.number(), get_termios2, &settings) == 0 ? settings.output_speed : 0;
+}
+
+void TerminalLink::set_baud(unsigned baud) noexcept {
+  constexpr tcflag_t any_number = 0010000;  // BOTHER
+  constexpr tcflag_t speed_bits = 0010017;  // CBAUD
+  KernelTermios settings{};
+  if (::ioctl(in(), get_termios2, &settings) != 0) { return; }
+  settings.flags[2] = (settings.flags[2] & ~speed_bits) | any_number;
+  settings.input_speed = settings.output_speed = baud;
+  (void)::ioctl(in(), set_termios2, &settings);
+}
+
+void TerminalLink::set_dtr(bool on) noexcept {
+  const int rts = TIOCM_RTS;
+  const int dtr = TIOCM_DTR;
+  (void)::ioctl(in(), TIOCMBIC, &rts);
+  (void)::ioctl(in(), on ? TIOCMBIS : TIOCMBIC, &dtr);
 }
 
 TerminalLink::TerminalLink(const std::string& path) : DescriptorLink(open_terminal(path)) {}

@@ -43,6 +43,10 @@ class ByteLink {
   [[nodiscard]] virtual bool ended() const noexcept { return false; }
   /// Baud rate that the other end has set; 0 if the link does not carry it.
   [[nodiscard]] virtual unsigned baud() const noexcept { return 0; }
+  /// Sets the baud rate of this end; ignored by links that carry none.
+  virtual void set_baud(unsigned /*baud*/) noexcept {}
+  /// Sets the line DTR and clears RTS; ignored by links without lines.
+  virtual void set_dtr(bool /*on*/) noexcept {}
 };
 
 /// File descriptor that is closed by its destructor.
@@ -108,6 +112,8 @@ class PtyLink final : public DescriptorLink {
 class TerminalLink final : public DescriptorLink {
  public:
   explicit TerminalLink(const std::string& path);
+  void set_baud(unsigned baud) noexcept override;
+  void set_dtr(bool on) noexcept override;
 };
 
 }  // namespace palpate::device

@@ -54,6 +54,7 @@ class DeadlineClock {
   /// tick is overdue. The first call is tick 0 and due immediately. Does not allocate or lock.
   double wait() noexcept;
   [[nodiscard]] const DeadlineFacts& facts() const { return facts_; }
+  [[nodiscard]] double now() const noexcept { return clock_.now(); }  ///< [s]
 
  private:
   double period_;

@@ -14,6 +14,7 @@
 #include "model/tissue/network_builder.hpp"
 #include "validation/case.hpp"
 #include "validation/random.hpp"
+#include "validation/subject/grip_replay.hpp"
 
 namespace palpate {
 
@@ -394,6 +395,7 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
   trace.method = subject.method();
   trace.substeps = subject.substeps();
   trace.h = subject.step_length();
+  GripReplay replay(scene);
   Sampler sampler(subject, falcon ? &*falcon : nullptr, options, trace);
   sampler.take();
   trace.diverged = !sampler.finite();
@@ -404,10 +406,28 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
       trace.interrupted = true;
       break;
     }
-    if (control.clock != nullptr && !falcon) { control.clock->wait(); }
+    double due = 0.0;
+    if (control.clock != nullptr && !falcon) { due = control.clock->wait(); }
     const double slept = control.clock != nullptr ? control.clock->facts().slept : 0.0;
+    const double start = control.clock != nullptr ? control.clock->now() : 0.0;
     const auto begin = Clock::now();
-    const StepStatus status = falcon ? falcon->tick() : subject.step({});
+    const TickOrder order =
+        control.hook != nullptr ? control.hook->before_tick(subject) : TickOrder{};
+    if (order.what == TickOrder::What::end) { break; }
+    const bool steps = order.what == TickOrder::What::step;
+    const auto step = [&] {
+      const std::optional<ToolInput> recorded = replay.at(subject.time() + scene.simulation.step);
+      return subject.step(order.input ? order.input : recorded);
+    };
+    const StepStatus status = !steps ? StepStatus::ok : falcon ? falcon->tick() : step();
+    if (control.hook != nullptr) {
+      const bool paced = control.clock != nullptr;
+      control.hook->after_tick(
+          subject,
+          {.due = paced ? due : start, .begin = start, .end = paced ? control.clock->now() : start},
+          steps);
+    }
+    if (!steps) { continue; }
     const auto end = Clock::now();
     const double waited = control.clock != nullptr ? control.clock->facts().slept - slept : 0.0;
     const double seconds = subject.step_seconds().value_or(

@@ -12,6 +12,7 @@
 #include "model/problem/scene.hpp"
 #include "model/problem/spring_network.hpp"
 #include "model/problem/trace.hpp"
+#include "validation/certificate/paced_loop.hpp"
 #include "validation/subject/falcon_loop.hpp"
 #include "validation/subject/subject.hpp"
 
@@ -71,6 +72,26 @@ struct SampleOptions {
 /// "loss.impact_j", "loss.impact_hand_j", "loss.impulse_ns", "loss.hand_j".
 std::vector<Column> tool_audit_columns();
 
+/// Decision of a hook at the border before a tick.
+struct TickOrder {
+  /// step: the next tick. hold: no tick in this period, the time of the scene stands still. end:
+  /// the run ends here.
+  enum class What { step, hold, end } what = What::step;
+  std::optional<ToolInput> input{};  ///< replaces the recorded or resting grip of a coupled tool
+};
+
+/// Viewer and operator of a run: decides what happens at every border between two ticks, and sees
+/// every tick. Its functions are called on the thread of the loop; they must not allocate, lock or
+/// do I/O.
+class TickHook {
+ public:
+  virtual ~TickHook() = default;
+  virtual TickOrder before_tick(Subject& subject) noexcept = 0;
+  /// `stepped` is false after a period without a tick. Without a clock, all times are 0.
+  virtual void after_tick(Subject& subject, const certificate::TickTimes& times,
+                          bool stepped) noexcept = 0;
+};
+
 struct RunControl {
   const std::atomic<bool>* stop = nullptr;       ///< read between ticks
   std::function<void(double share)> progress{};  ///< 0 to 1, at most a few times a second
@@ -78,6 +99,8 @@ struct RunControl {
   device::DeadlineClock* clock = nullptr;  ///< clock that paces the ticks; nullptr: no waiting
   FalconLoopOptions device{};     ///< options of the Falcon loop, for scenes driven by a Falcon
   FalconFacts* falcon = nullptr;  ///< output: facts of the Falcon loop
+  /// Not for scenes driven by an emulated Falcon, whose loop decides its input.
+  TickHook* hook = nullptr;
 };
 
 /// Runs a loaded subject until the scene ends, the state diverges or a stop is requested. The trace

@@ -10,6 +10,10 @@
 namespace palpate::device::falcon {
 namespace {
 
+// Baud rates of the phases of libnifalcon's serial driver; links without a rate ignore them.
+constexpr unsigned boot_baud = 9600;
+constexpr unsigned load_baud = 140000;
+constexpr unsigned run_baud = 1456312;
 constexpr std::size_t block_bytes = 62;  // payload of one USB transfer of the real device
 
 constexpr double most_torque = 30.0;  // limit at which libnifalcon scales down [N m]; never reached
@@ -19,8 +23,17 @@ constexpr int most_tries = 15;
 }  // namespace
 
 OpenResult Driver::open(std::span<const std::uint8_t> image) noexcept {
-  if (!hail()) { return probe() ? OpenResult::was_running : OpenResult::no_answer; }
+  link_.set_baud(boot_baud);
+  link_.set_dtr(false);
+  link_.set_dtr(true);
+  if (!hail()) {
+    link_.set_baud(run_baud);
+    return probe() ? OpenResult::was_running : OpenResult::no_answer;
+  }
+  link_.set_dtr(false);
+  link_.set_baud(load_baud);
   if (!upload(image)) { return OpenResult::echo_differs; }
+  link_.set_baud(run_baud);
   return probe() ? OpenResult::loaded : OpenResult::no_answer;
 }
 

@@ -11,40 +11,8 @@
 #include <thread>
 
 #include "device/byte_link.hpp"
+#include "device/latest_value.hpp"
 #include "device/pressure_link/frame.hpp"
-
-namespace palpate::device {
-
-/// Triple buffer that passes only the newest value from one producer to one consumer.
-template <class Item> class LatestValue {
-  static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
-
- public:
-  /// Stores a new value; called by the producer only.
-  void set(const Item& item) noexcept {
-    places_[back_] = item;
-    back_ = between_.exchange(static_cast<std::uint8_t>(back_ | fresh), std::memory_order_acq_rel) &
-            place_mask;
-  }
-  /// Returns the newest value; called by the consumer only. Returns the default before the first
-  /// set().
-  const Item& get() noexcept {
-    if ((between_.load(std::memory_order_relaxed) & fresh) != 0) {
-      front_ = between_.exchange(front_, std::memory_order_acq_rel) & place_mask;
-    }
-    return places_[front_];
-  }
-
- private:
-  static constexpr std::uint8_t fresh = 4;
-  static constexpr std::uint8_t place_mask = 3;
-  std::array<Item, 3> places_{};
-  std::uint8_t front_ = 0;
-  std::uint8_t back_ = 1;
-  std::atomic<std::uint8_t> between_{2};
-};
-
-}  // namespace palpate::device
 
 namespace palpate::device::pressure_link {
 

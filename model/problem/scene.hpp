@@ -84,8 +84,15 @@ struct Probe {
   std::optional<PalpationGrid> map{};  ///< map of the palpated stiffness, in addition to the run
 };
 
+/// Hand's end of the coupling to the tool at one time of a recording.
+struct GripSample {
+  double time = 0.0;      ///< [s]
+  double position = 0.0;  ///< along the tool's line [m]
+  double velocity = 0.0;  ///< [m/s]
+};
+
 struct Drive {
-  enum class Kind { trajectory, force, falcon } kind = Kind::trajectory;
+  enum class Kind { trajectory, force, falcon, recorded } kind = Kind::trajectory;
   enum class Technique { continuous, intermittent } technique = Technique::continuous;
   double start = 0.0;  ///< the tool rests before this time [s]
   double from = 0.0;   ///< tip position on its line before the start [m]; 0: at the skin
@@ -103,6 +110,12 @@ struct Drive {
   double push = 0.2;             ///< duration of one push, intermittent [s]
   double withdraw_force = 0.0;   ///< after `hold`; 0: the push does not end [N]
   double hand_viscosity = 50.0;  ///< of the hand, opposes the tool's velocity [N s/m]
+  // Kind::recorded
+  std::string recording{};  ///< name of the file with the grip, beside the scene file
+  std::shared_ptr<const std::vector<GripSample>> grip{};  ///< its content, ascending in time
+
+  /// Returns true if a device or a recording holds the tool through the coupling of [falcon].
+  [[nodiscard]] bool is_coupled() const { return kind == Kind::falcon || kind == Kind::recorded; }
 };
 
 /// Fluid between thumb and needle tip (model/EQUATIONS.md, "Syringe"). The default is saline.

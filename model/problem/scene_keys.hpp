@@ -129,7 +129,9 @@ constexpr auto words(TissueRole e) {
   return in_order(e, "tissue", "epidural-space", "dura", "bone");
 }
 constexpr auto words(Probe::Shape e) { return in_order(e, "fingertip", "ultrasound"); }
-constexpr auto words(Drive::Kind e) { return in_order(e, "trajectory", "force", "falcon"); }
+constexpr auto words(Drive::Kind e) {
+  return in_order(e, "trajectory", "force", "falcon", "recorded");
+}
 constexpr auto words(Drive::Technique e) { return in_order(e, "continuous", "intermittent"); }
 constexpr auto words(Syringe::Thumb e) { return in_order(e, "full", "drives", "tests"); }
 constexpr auto words(FalconDrive::Hand e) {
@@ -449,7 +451,10 @@ template <class Visitor, Is<Probe> T> void fields(Visitor& v, T& p) {
 template <class Visitor, Is<Drive> T> void fields(Visitor& v, T& d) {
   v.value("kind", d.kind,
           {.doc = "The position of the tool is prescribed, or the force of the hand, or a haptic "
-                  "device holds the tool"});
+                  "device holds the tool, or its grip follows a recording"});
+  v.value("recording", d.recording,
+          {.doc = "Recorded: CSV file with columns time_s, grip.position_m and "
+                  "grip.velocity_m_per_s, such as a trace.csv of `palpate live`"});
   v.value("technique", d.technique,
           {.doc = "Continuous advance, or steps with pauses between them"});
   v.value("start", d.start, {"s", range::non_negative, "The tool rests before this time"});

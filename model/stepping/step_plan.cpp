@@ -193,7 +193,7 @@ void list_skipped(const Scene& scene, const NetworkProblem& problem,
                                 return network.is_fixed(s.a) && network.is_fixed(s.b);
                               });
   const long nodes = rows ? 0 : network.node_count() - std::ssize(problem.free_nodes());
-  const bool device = scene.drive && scene.drive->kind == Drive::Kind::falcon;
+  const bool device = scene.drive && scene.drive->is_coupled();
   for (auto& [skipped, text] : std::initializer_list<std::pair<bool, std::string>>{
            {!is_damped(network), "dampers: springs and cells have no viscosity"},
            {!has_volume_terms(network), "cell volumes: Poisson's ratio is 1/4 everywhere"},
@@ -219,7 +219,7 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
   if (scene.drive->kind == Drive::Kind::trajectory) { return; }
   const double mass = scene.needle ? scene.needle->mass : scene.probe->mass;
   double viscosity = scene.drive->hand_viscosity;
-  if (scene.drive->kind == Drive::Kind::falcon) {
+  if (scene.drive->is_coupled()) {
     const FalconDrive falcon = scene.falcon.value_or(FalconDrive{});
     const double omega = std::sqrt(falcon.coupling_stiffness / mass);
     viscosity = falcon.coupling_viscosity;

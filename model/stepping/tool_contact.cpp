@@ -6,7 +6,7 @@ namespace palpate {
 
 Coupling coupling_of(const Scene& scene, const Drive& drive) {
   if (drive.kind == Drive::Kind::force) { return {.viscosity = drive.hand_viscosity}; }
-  if (drive.kind != Drive::Kind::falcon) { return {}; }
+  if (!drive.is_coupled()) { return {}; }
   const FalconDrive falcon = scene.falcon.value_or(FalconDrive{});
   return {falcon.coupling_stiffness, falcon.coupling_viscosity};
 }

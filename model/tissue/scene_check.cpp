@@ -296,9 +296,10 @@ void check_company(const Scene& scene, Rules& rules) {
              "given; must be left out with source = \"oscillator\", which has no skin");
   rules.must(!scene.drive || tool, "drive",
              "given without a tool; must be left out, or [needle] or [probe] added");
-  const bool held = scene.drive && scene.drive->kind == Drive::Kind::falcon;
-  rules.must(!scene.falcon || held, "falcon",
-             "given without drive.kind = \"falcon\"; must be left out, or that be given");
+  const bool held = scene.drive && scene.drive->is_coupled();
+  rules.must(
+      !scene.falcon || held, "falcon",
+      "given without drive.kind = \"falcon\" or \"recorded\"; must be left out, or that be given");
   rules.must(!scene.syringe || scene.needle, "syringe",
              "given without [needle]; must be left out, or [needle] added");
   const Syringe syringe = scene.syringe.value_or(Syringe{});
@@ -320,7 +321,9 @@ void check_tool(const Scene& scene, Rules& rules) {
   check_company(scene, rules);
   if (scene.needle) { check_needle(scene, *scene.needle, rules); }
   if (scene.probe) { check_probe(scene, *scene.probe, rules); }
-  if (scene.falcon) { check_falcon(scene.falcon->rate, scene.simulation.step, rules); }
+  if (scene.falcon && scene.drive && scene.drive->kind == Drive::Kind::falcon) {
+    check_falcon(scene.falcon->rate, scene.simulation.step, rules);
+  }
   if (scene.drive) { check_drive(*scene.drive, scene.simulation.duration, rules); }
   if (scene.needle || scene.probe) { check_stepping(scene.simulation, rules); }
 }

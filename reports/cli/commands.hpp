@@ -259,6 +259,7 @@ void add_campaign(Program& program);
 void add_evidence(Program& program);
 void add_verify(Program& program);
 void add_falcon(Program& program);
+void add_live(Program& program);
 void add_import(Program& program);
 void add_transducer(Program& program);
 void add_gate(Program& program);

@@ -79,6 +79,7 @@ std::string advances(const Drive& drive) {
 }
 
 std::string drive_in_words(const Drive& drive) {
+  if (drive.kind == Drive::Kind::recorded) { return "as the grip in " + drive.recording; }
   const std::string from =
       drive.from == 0.0 ? "from the skin" : "from " + millimetres(drive.from) + " along its line";
   const std::string who =

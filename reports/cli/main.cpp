@@ -72,7 +72,7 @@ const std::vector<Task>& tasks() {
       {"Judge a model or a simulator", {add_validate, add_bench, add_subject}},
       {"Results over time", {add_report, add_index, add_merge, add_gate, add_approve}},
       {"Campaigns and evidence", {add_campaign, add_evidence, add_verify}},
-      {"Real time and devices", {add_certify, add_falcon}},
+      {"Real time and devices", {add_live, add_certify, add_falcon}},
       {"Recordings", {add_import, add_transducer, add_compare, add_calibrate, add_reconstruct}},
       {"This program", {add_help, add_version, add_completion, add_steps}}};
   return all;

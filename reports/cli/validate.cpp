@@ -827,10 +827,10 @@ int bench_ticks(const BenchOptions& options, Judging judging) {
     if (!scene.needle && !scene.probe) {
       throw InputError("--ticks " + file.string() + ": has no tool; a needle or probe is needed");
     }
-    if (scene.drive && scene.drive->kind == Drive::Kind::falcon) {
+    if (scene.drive && scene.drive->is_coupled()) {
       throw InputError("--ticks " + file.string() +
-                       ": drive.kind = \"falcon\"; palpate certify times a scene in the loop of "
-                       "its device");
+                       ": drive.kind = \"falcon\" or \"recorded\"; palpate certify times a scene "
+                       "in the loop of its device");
     }
     const std::string name =
         file.stem() == "scene" ? file.parent_path().filename().string() : file.stem().string();

@@ -328,6 +328,7 @@ class ForeignSubject final : public Subject {
         input.applied_force = tool_->applied_force(t);
         break;
       case Drive::Kind::falcon:
+      case Drive::Kind::recorded:
         input.flags = PALPATE_TOOL_COUPLED;
         if (handle) {
           place = handle->position;

@@ -98,6 +98,7 @@ void add_nodes(View& view, const ViewInput& input, const ShownNodes& shown) {
     }
   }
   const double first = std::min(0.0, network.rest_position.row(2).minCoeff());
+  view.nodes = shown.nodes;
   view.rest.resize(3, static_cast<Eigen::Index>(shown.nodes.size()));
   view.stiffness.resize(view.rest.cols());
   for (Eigen::Index n = 0; n < view.rest.cols(); ++n) {

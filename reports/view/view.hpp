@@ -79,6 +79,7 @@ struct ViewFrame {
 };
 
 struct View {
+  std::vector<int> nodes{};           ///< index in the network of each node
   NodeVectors rest{};                 ///< undeformed node positions [m]
   std::vector<std::uint8_t> label{};  ///< label of each node, as an index of `labels`
   std::vector<std::string> labels{};  ///< tissue names; at least one

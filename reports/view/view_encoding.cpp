@@ -359,10 +359,6 @@ HeatMap nearest_values(const Eigen::Matrix2Xd& points, const Eigen::VectorXd& va
   return map;
 }
 
-std::string inert_script(const std::string& id, const std::string& type, const std::string& text) {
-  return "<script type=\"" + type + "\" id=\"" + id + "\">" + text + "</script>\n";
-}
-
 }  // namespace
 
 void PackedBytes::add_bytes(std::span<const std::uint8_t> values) {
@@ -497,14 +493,23 @@ Section view_section(const View& view) {
 }
 
 std::string view_script() {
-  std::string script = "(function () {\n'use strict';\n";
+  return "(function () {\n'use strict';\n" + view_parts() + std::string(assets::view_start_js) +
+         "})();\n";
+}
+
+std::string view_parts() {
+  std::string script;
   for (const std::string_view part :
        {assets::view_bytes_js, assets::view_tissue_js, assets::view_shaders_js,
         assets::view_tool_js, assets::view_drawing_js, assets::view_camera_js,
-        assets::view_words_js, assets::view_controls_js, assets::view_start_js}) {
+        assets::view_words_js, assets::view_controls_js}) {
     script += part;
   }
-  return script + "})();\n";
+  return script;
+}
+
+std::string inert_script(const std::string& id, const std::string& type, const std::string& text) {
+  return "<script type=\"" + type + "\" id=\"" + id + "\">" + text + "</script>\n";
 }
 
 }  // namespace palpate

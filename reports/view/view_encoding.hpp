@@ -68,5 +68,9 @@ Section view_section(const View& view);
 
 /// Script that starts the view; it must be the last script of the page.
 std::string view_script();
+/// Parts of that script up to the start, for a page that starts the view itself.
+std::string view_parts();
+/// Script that is not executed, as a container of a text of the page.
+std::string inert_script(const std::string& id, const std::string& type, const std::string& text);
 
 }  // namespace palpate

@@ -11,6 +11,7 @@
 #include "tests/validation/insertion_scenes.hpp"
 #include "validation/claims/tool_fixture.hpp"
 #include "validation/subject/falcon_loop.hpp"
+#include "validation/subject/grip_replay.hpp"
 
 namespace {
 
@@ -126,6 +127,27 @@ TEST("two runs are the same to the bit") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.5;  // some layers deep
   check_equal(hold(scene).run, hold(scene).run);
+}
+
+TEST("a recorded grip is exact at its rows, linear between them, and rests before and after") {
+  Scene scene;
+  scene.simulation.step = 1e-3;
+  scene.drive = Drive{.kind = Drive::Kind::recorded};
+  scene.drive->grip = std::make_shared<const std::vector<GripSample>>(
+      std::vector<GripSample>{{0.001, 1.0, 10.0}, {0.002, 2.0, 20.0}, {0.006, 6.0, -4.0}});
+  GripReplay replay(scene);
+  CHECK(replay.at(0.0005)->position == 1.0);
+  CHECK(replay.at(0.0005)->velocity == 0.0);
+  CHECK(replay.at(0.001)->position == 1.0);
+  CHECK(replay.at(0.001)->velocity == 10.0);
+  CHECK(replay.at(2e-3 * (1.0 + 1e-15))->velocity == 20.0);
+  // Rounding of one interpolation of numbers up to 20.
+  CHECK_NEAR(replay.at(0.005)->position, 5.0, 1e-13);
+  CHECK_NEAR(replay.at(0.005)->velocity, 2.0, 1e-13);
+  CHECK(replay.at(0.006)->velocity == -4.0);
+  CHECK(replay.at(0.007)->position == 6.0);
+  CHECK(replay.at(0.007)->velocity == 0.0);
+  CHECK(!GripReplay(Scene{}).at(0.0).has_value());
 }
 
 /// First tick at which a column exceeds a force [N].

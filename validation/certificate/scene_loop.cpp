@@ -73,6 +73,8 @@ std::string why_not_at(const Scene& scene, double rate) {
 SceneLoop::SceneLoop(const Scene& scene, double rate, const SceneLoopOptions& options)
     : subject_(subject_of(scene, options)),
       periods_of_step_(std::lround(periods_of_step(scene, rate))),
+      step_(scene.simulation.step),
+      replay_(scene),
       has_pressure_(scene.syringe && scene.needle),
       damages_frames_(options.faults) {
   if (in_hand(scene)) {
@@ -97,7 +99,7 @@ StepStatus SceneLoop::tick() noexcept {
   if (falcon_) {
     status = falcon_->device_tick();
   } else if (period_ == 0) {
-    status = subject_->step({});
+    status = subject_->step(replay_.at(subject_->time() + step_));
   }
   period_ = period_ + 1 < periods_of_step_ ? period_ + 1 : 0;
   if (has_pressure_ && subject_->ticks() > before) { send_pressure(); }

@@ -14,6 +14,7 @@
 #include "device/pressure_link/frame.hpp"
 #include "validation/certificate/paced_loop.hpp"
 #include "validation/subject/falcon_loop.hpp"
+#include "validation/subject/grip_replay.hpp"
 
 namespace palpate::certificate {
 
@@ -62,6 +63,8 @@ class SceneLoop {
   long periods_of_step_;
   long period_ = 0;  ///< of the present step
   std::optional<FalconLoop> falcon_{};
+  double step_;  ///< of the scene [s]
+  GripReplay replay_;
   bool has_pressure_;
   /// One byte of every other frame is changed, so that the reader must resynchronise.
   bool damages_frames_;

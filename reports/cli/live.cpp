@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: MIT
+/// The command `live`.
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "device/falcon/grip_thread.hpp"
+#include "device/real_time.hpp"
+#include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scene_file.hpp"
+#include "model/problem/input_error.hpp"
+#include "model/tissue/network_builder.hpp"
+#include "reports/cli/commands.hpp"
+#include "reports/live/live_loop.hpp"
+#include "reports/live/live_server.hpp"
+#include "reports/results/results_json.hpp"
+
+namespace palpate::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace palpate::live;
+
+struct LiveCommandOptions : CommonOptions {
+  fs::path scene{};
+  std::string device = "hand";
+  int port = 0;
+  double duration = 3600.0;  ///< longest run [s]
+  fs::path firmware{};
+  double most_force = device::falcon::GripThreadOptions{}.most_force;
+  bool ordinary = false;
+  bool no_record = false;
+  SubjectChoice subject{};
+};
+
+constexpr std::string_view falcon_prefix = "falcon:";
+constexpr std::size_t most_firmware = std::size_t{1} << 20U;  // [bytes]; images have some 8 kB
+
+/// Returns the names of the materials that layers and inclusions use, at most as many as the loop
+/// keeps factors for.
+std::vector<std::string> materials_of(const Scene& scene) {
+  std::vector<std::string> names;
+  const auto add = [&names](const std::string& name) {
+    const bool known = std::ranges::find(names, name) != names.end();
+    if (!known && names.size() < most_materials) { names.push_back(name); }
+  };
+  for (const Layer& layer : scene.tissue.layers) { add(layer.material); }
+  for (const Inclusion& inclusion : scene.tissue.inclusions) { add(inclusion.material); }
+  return names;
+}
+
+/// The scene of a live run: a tool is held through the coupling, and the time is the longest one.
+Scene live_scene(const io::SceneFile& file, double duration) {
+  Scene scene = file.scene;
+  if (scene.needle || scene.probe) {
+    Drive drive = scene.drive.value_or(Drive{});
+    drive.kind = Drive::Kind::recorded;
+    drive.grip.reset();
+    scene.drive = drive;
+  }
+  scene.simulation.duration = duration;
+  return scene;
+}
+
+class LiveSession {
+ public:
+  explicit LiveSession(const LiveCommandOptions& options)
+      : options_(options),
+        file_(std::make_shared<const io::SceneFile>(
+            io::read_scene(options.scene, options.overrides))),
+        scene_(live_scene(*file_, options.duration)),
+        materials_(materials_of(scene_)) {
+    if (scene_.tissue.source == Source::oscillator) {
+      throw InputError(options.scene.string() + ": an oscillator is not tissue; a network");
+    }
+    if (options.subject.foreign()) {
+      subject_ = make_subject(confined(options.subject, options), file_);
+    } else {
+      subject_ = std::make_unique<ModelSubject>();
+    }
+    load();
+    const NetworkProblem network(build_network(scene_));
+    const NodeVectors position = subject_->node_positions();
+    if (position.cols() != network.network().node_count()) {
+      throw InputError("--subject " + options.subject.subject +
+                       ": reports no positions of the scene's nodes, so there is nothing to show");
+    }
+    open_device();
+    LiveOptions loop{.device = grip_ ? &*grip_ : nullptr, .records = !options.no_record};
+    loop.drives = options.device == "hand";
+    loop_ = std::make_unique<LiveLoop>(scene_, *subject_, loop);
+    server_.emplace(*loop_,
+                    live_page(scene_, network, position, materials_,
+                              options.device.substr(0, options.device.find(':'))),
+                    random_token(), static_cast<std::uint16_t>(options.port));
+  }
+
+  /// Serves until Ctrl-C or a failure of the subject. Returns the exit code.
+  int run() {
+    folder_ = options_.make_folder();
+    server_->start();
+    std::printf("%s\n", server_->url().c_str());
+    std::fflush(stdout);
+    if (!options_.quiet) {
+      std::fprintf(stderr,
+                   "palpate: open this address in a browser on this machine; Ctrl-C ends\n");
+    }
+    std::thread loop([this] { keep_running(); });
+    loop.join();
+    server_->stop();
+    if (grip_) { grip_->stop(); }
+    if (failure_) { std::rethrow_exception(failure_); }
+    tell();
+    return interrupted ? interrupted_code : done;
+  }
+
+ private:
+  void load() {
+    try {
+      const SpringNetwork network = build_network(scene_);
+      subject_->load(scene_, network, true);
+    } catch (const CannotDo& problem) {
+      throw InputError(options_.scene.string() + ": --subject " + options_.subject.subject + ": " +
+                       problem.what());
+    } catch (const std::invalid_argument& problem) {
+      throw InputError(options_.scene.string() + ": " + problem.what());
+    }
+  }
+
+  void open_device() {
+    if (options_.device == "hand" || options_.device == "mouse") { return; }
+    if (!options_.device.starts_with(falcon_prefix)) {
+      throw InputError("--device " + options_.device +
+                       ": unknown; must be hand, mouse or falcon:PATH of a serial line");
+    }
+    const std::string path = options_.device.substr(falcon_prefix.size());
+    device::falcon::GripThreadOptions grip{.most_force = options_.most_force};
+    if (!options_.firmware.empty()) {
+      const std::string bytes = io::read_bytes(options_.firmware, most_firmware);
+      grip.firmware.assign(bytes.begin(), bytes.end());
+    }
+    try {
+      line_.emplace(path);
+    } catch (const std::system_error& problem) {
+      throw InputError("--device " + options_.device + ": " + problem.what() +
+                       "; the path of a serial line that can be opened is needed");
+    }
+    grip_.emplace(*line_, grip);
+  }
+
+  /// Runs the scene again after every reset, on its own thread.
+  void keep_running() {
+    try {
+      for (int number = 1; !interrupted; ++number) {
+        const fs::path folder = number == 1 ? folder_ : folder_ / ("run-" + std::to_string(number));
+        run_once(folder);
+        if (interrupted) { return; }
+        load_changed();
+      }
+    } catch (...) { failure_ = std::current_exception(); }
+  }
+
+  void run_once(const fs::path& folder) {
+    fs::create_directories(folder);
+    fs::remove(folder / "summary.json");  // of an earlier run, if this one is killed
+    std::optional<RowWriter> writer;
+    loop_->begin(*subject_);
+    if (!options_.no_record) { writer.emplace(*loop_, folder / "trace.csv"); }
+    device::DeadlineClock clock(scene_.simulation.step);
+    Trace trace;
+    {
+      std::optional<device::LockedMemory> memory;
+      std::optional<device::FifoScheduling> fifo;
+      if (!options_.ordinary) {
+        memory.emplace();
+        fifo.emplace(priority);
+        rights_ = {memory->refusal(), fifo->refusal() == 0 ? "" : "refused"};
+      }
+      device::touch_stack();
+      trace = roll_out(*subject_, scene_, {.every = subject_->tick_count()},
+                       {.stop = &interrupted, .clock = &clock, .hook = &*loop_});
+    }
+    const bool whole = !writer || writer->finish();
+    write_summary(folder, trace, writer ? writer->rows() : 0, whole);
+    if (!interrupted && !loop_->wants_reset()) {
+      loop_->wait_for_reset(*subject_, trace.diverged, interrupted);
+    }
+  }
+
+  /// Loads the scene with the stiffness that the sliders say.
+  void load_changed() {
+    for (std::size_t n = 0; n < materials_.size(); ++n) {
+      const double own =
+          std::ranges::find(file_->scene.materials, materials_[n], &Material::name)->youngs_modulus;
+      std::ranges::find(scene_.materials, materials_[n], &Material::name)->youngs_modulus =
+          own * loop_->stiffness()[n];
+    }
+    load();
+  }
+
+  /// Scene that replays the run, in the folder of its trace. Empty without a tool, and for scenes
+  /// with other files, whose names are relative to the folder of the scene.
+  [[nodiscard]] std::string replay_scene(double duration) const {
+    if (!scene_.drive || file_->inputs.size() > 1) { return {}; }
+    io::SceneFile file = *file_;
+    file.overrides.insert(file.overrides.end(),
+                          {"drive.kind=\"recorded\"", "drive.recording=\"trace.csv\""});
+    std::vector<std::pair<std::string, double>> changes{{"simulation.duration", duration}};
+    for (const std::string& name : materials_) {
+      const auto now = std::ranges::find(scene_.materials, name, &Material::name);
+      const auto own = std::ranges::find(file_->scene.materials, name, &Material::name);
+      if (now->youngs_modulus == own->youngs_modulus) { continue; }
+      changes.emplace_back("material." + name + ".youngs_modulus", now->youngs_modulus);
+    }
+    return io::rewrite_scene(file, changes, {"Replays the live run whose trace.csv is beside it."});
+  }
+
+  void write_summary(const fs::path& folder, const Trace& trace, long rows, bool whole) const {
+    const LiveState& state = loop_->state();
+    const auto us_of = [](std::optional<double> seconds) {
+      return seconds ? std::optional(1e6 * *seconds) : std::nullopt;
+    };
+    const certificate::LatencyHistogram& response = loop_->record().response;
+    const auto json = object(
+        "status", trace.diverged ? "diverged" : "ok", "scene", options_.scene.filename().string(),
+        "device", options_.device, "steps", static_cast<long>(state.ticks), "duration_s",
+        state.time, "rows", rows, "rows_lost", static_cast<long>(state.lost_rows), "rows_whole",
+        whole, "periods", static_cast<long>(state.periods), "missed",
+        static_cast<long>(state.missed), "response_us",
+        object("median", us_of(response.percentile(0.5)), "p99", us_of(response.percentile(0.99)),
+               "p99_9", us_of(response.percentile(0.999)), "p99_99",
+               us_of(response.percentile(0.9999)), "worst", 1e6 * response.maximum()),
+        "scheduling", rights_.second.empty() ? "SCHED_FIFO" : rights_.second, "memory",
+        rights_.first.empty() ? "locked" : rights_.first);
+    const io::WholeWrite together;
+    io::replace_file(folder / "summary.json", json.dump(2) + "\n");
+    if (options_.no_record) { return; }
+    if (const std::string text = replay_scene(state.time); !text.empty()) {
+      io::replace_file(folder / "scene.toml", text);
+    }
+  }
+
+  void tell() const {
+    const ServerCounts& counts = server_->counts();
+    const LiveState& state = loop_->state();
+    std::printf(
+        "%ld periods, %ld missed, worst response %.0f us; %ld snapshots, %ld torn; "
+        "%ld frames sent (%.1f kB each), %ld dropped, %ld requests refused\n",
+        static_cast<long>(state.periods), static_cast<long>(state.missed), 1e6 * state.worst,
+        counts.snapshots, counts.torn, counts.frames,
+        counts.frames > 0
+            ? 1e-3 * static_cast<double>(counts.bytes) / static_cast<double>(counts.frames)
+            : 0.0,
+        counts.dropped, counts.refused);
+    if (grip_) {
+      const device::falcon::GripThreadCounts& device = grip_->counts();
+      std::printf(
+          "device: %lld exchanges, %lld without reply, force switched off %lld times, "
+          "limited %lld times\n",
+          static_cast<long long>(device.exchanges), static_cast<long long>(device.lost),
+          static_cast<long long>(device.watchdog), static_cast<long long>(device.limited));
+    }
+  }
+
+  static constexpr int priority = 80;  // as palpate certify
+
+  const LiveCommandOptions& options_;
+  std::shared_ptr<const io::SceneFile> file_;
+  Scene scene_;
+  std::vector<std::string> materials_;
+  std::unique_ptr<Subject> subject_{};
+  std::optional<device::TerminalLink> line_{};
+  std::optional<device::falcon::GripThread> grip_{};
+  std::unique_ptr<LiveLoop> loop_{};
+  std::optional<LiveServer> server_{};
+  fs::path folder_{};
+  std::pair<std::string, std::string> rights_{};  ///< refusals of memory and scheduling
+  std::exception_ptr failure_{};
+};
+
+int run_live(const LiveCommandOptions& options) {
+  keep_results_of_interrupted();
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return LiveSession(options).run();
+  } catch (const std::system_error& problem) {
+    std::fprintf(stderr, "palpate: %s; this machine must offer it\n", problem.what());
+    return machine_cannot;
+  }
+}
+
+}  // namespace
+
+void add_live(Program& program) {
+  const auto [command, options] =
+      add_command(program, "live",
+                  "simulate a scene in real time, with a page to see and operate it", run_live);
+  add_scene(command, options, options.scene);
+  add_value(command, "--device", options.device, "DEVICE",
+            "what holds the tool: hand (drives by itself), mouse, or falcon:PATH of a serial line "
+            "or pseudo-terminal [hand]");
+  add_value(command, "--port", options.port, "N", "port on 127.0.0.1; 0: any free one [0]")
+      ->check(CLI::Range(0, 65535));
+  add_value(command, "--duration", options.duration, "S", "longest run between two resets [3600]")
+      ->check(number_range(1.0, 86400.0));
+  add_value(command, "--firmware", options.firmware, "FILE",
+            "image for the boot loader of a Falcon, if it has none yet; not part of Palpate");
+  add_value(command, "--max-force", options.most_force, "N", "limit on the force of a device [8]")
+      ->check(number_range(0.0, 20.0));
+  command.add_flag("--ordinary", options.ordinary,
+                   "do not ask for real-time scheduling and locked memory");
+  command.add_flag("--no-record", options.no_record, "write no trace.csv and no scene.toml");
+  add_subject_options(command, options.subject);
+  command.footer(
+      "The address with its token is printed; the page needs no other server. trace.csv "
+      "grows by some\n0.3 MB a second. docs/live.md explains the page, the recording and "
+      "the devices.");
+}
+
+}  // namespace palpate::cli
