@@ -99,27 +99,28 @@ name = "small"
 set = ["tissue.lattice.nodes=[5,5,8]", "load=[{nodes=[12], force=[0.0,0.0,0.005]}]", "record=[{name=\"top\", node=12}]"]
 [[parameter]]
 key = "simulation.duration"
-range = [0.4, 0.5]
+range = [1.6, 2.0]
 END
 "$palpate" campaign plan campaign.toml --out plan
 cp -r plan alone
 "$palpate" campaign run alone --jobs 2 --quiet
 "$palpate" campaign merge alone --out alone.jsonl
 
-shards=${PALPATE_SLURM_SHARDS:-6}
-PALPATE=$palpate "$scripts/slurm-campaign" plan "$shards" merged.jsonl --mem=0 >campaign.log 2>&1 &
+shards=${PALPATE_SLURM_SHARDS:-4}
+POLL=1 PALPATE=$palpate "$scripts/slurm-campaign" plan "$shards" merged.jsonl --mem=0 >campaign.log 2>&1 &
 campaign=$!
 results() { find plan/results -name '*.result' | wc -l; }
-quarter() { [ "$(results)" -ge $((jobs / 4)) ] || ! kill -0 "$campaign" 2>/dev/null; }
-wait_until 500 "no results" quarter
+begun() { [ "$(results)" -ge $((jobs / 8)) ] || ! kill -0 "$campaign" 2>/dev/null; }
+wait_until 500 "no results" begun
 # The machine goes: its daemon and all that it started, at once. Processes of this cluster alone are touched.
 on_node_b() {
   local each parent
-  for each in /proc/[0-9]*; do
-    grep -qzx "SLURM_CONF=$run/slurm.conf" "$each/environ" 2>/dev/null || continue
-    grep -qzx "SLURMD_NODENAME=b" "$each/environ" 2>/dev/null || continue
-    echo "${each#/proc/}"
-    parent=$(ps -o ppid= -p "${each#/proc/}" | tr -d ' ')
+  for each in $(grep -lzx "SLURM_CONF=$run/slurm.conf" /proc/[0-9]*/environ 2>/dev/null); do
+    grep -qzx "SLURMD_NODENAME=b" "$each" 2>/dev/null || continue
+    each=${each#/proc/}
+    each=${each%/environ}
+    echo "$each"
+    parent=$(ps -o ppid= -p "$each" | tr -d ' ')
     [ "$(ps -o comm= -p "${parent:-0}")" = slurmstepd ] && echo "$parent"
   done
 }
