@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A campaign on a Slurm cluster of two nodes on this machine, one of which is killed in the middle, has the bytes of a run
 # without a cluster. munged, slurmctld and two slurmd are started without systemd, on ports and in folders of this test.
-# PALPATE_SLURM_JOBS and PALPATE_SLURM_SCENE make it larger.
+# PALPATE_SLURM_JOBS, PALPATE_SLURM_SHARDS, PALPATE_SLURM_SCENE and PALPATE_SLURM_LENGTHS (two times in s) change it.
 set -euo pipefail
 palpate=$1 scripts=$2 scenes=$3 out=$4
 skip() { echo "skipped: $1"; exit 0; }
@@ -99,7 +99,7 @@ name = "small"
 set = ["tissue.lattice.nodes=[5,5,8]", "load=[{nodes=[12], force=[0.0,0.0,0.005]}]", "record=[{name=\"top\", node=12}]"]
 [[parameter]]
 key = "simulation.duration"
-range = [1.6, 2.0]
+range = [${PALPATE_SLURM_LENGTHS:-1.6, 2.0}]
 END
 "$palpate" campaign plan campaign.toml --out plan
 cp -r plan alone
@@ -131,6 +131,8 @@ has_task() {
 }
 wait_until 60 "no task on node b" has_task
 before=$(results)
+written() { find plan/results -name '*.result' -printf '%f %i %T@\n' | sort; }
+written >before.txt
 kill -KILL "${pid[node-b]}" "${lost[@]}" 2>/dev/null || true
 unset 'pid[node-b]'
 echo "node b killed with ${#lost[@]} processes after $before of $jobs results"
@@ -140,5 +142,6 @@ cat campaign.log
 [ "$status" -eq 0 ] || fail "exit code $status"
 [ ${#lost[@]} -gt 0 ] || fail "the campaign ended before a node could be killed"
 cmp alone.jsonl merged.jsonl || fail "other bytes than one machine's"
+[ -z "$(comm -23 before.txt <(written))" ] || fail "a finished job ran again"
 [ "$(results)" -eq "$jobs" ] || fail "$(results) results of $jobs jobs"
 echo "$jobs jobs on two nodes, one killed: the bytes of one machine"
