@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// They change both the network, which may be empty, and the oscillator.
+// Those of springs and masses change both the network, which may be empty, and the oscillator.
 
 inline constexpr double quiet_nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -60,5 +60,13 @@ inline Mutation late_frames() {
             }
           }};
 }
+
+inline Mutation harder_to_cut() {
+  return {.name = "cutting force +1 %", .model = [](Scene& scene, SpringNetwork&) {
+            for (Material& material : scene.materials) { material.cutting_force *= 1.01; }
+          }};
+}
+
+inline Mutation delayed_loop() { return {.name = "one more tick of delay", .loop_delay = 1}; }
 
 }  // namespace palpate

@@ -527,12 +527,15 @@ Json qualification() {
     std::vector<std::string> cases;
   };
   const std::vector<Planted> all{
-      {stiffer(), {"oscillator/order/rk4", "oscillator/figure-6"}},
-      {lighter(), {"oscillator/order/rk4"}},
-      {reversed_damping(), {"oscillator/order/leapfrog", "oscillator/figure-6"}},
-      {double_steps(), {"oscillator/order/rk4", "oscillator/discrete/leapfrog"}},
+      {stiffer(), {"oscillator/order/rk4", "network/patch-test", "needle/chain", "tissue/cube"}},
+      {lighter(), {"oscillator/order/rk4", "network/load-edges"}},
+      {reversed_damping(), {"oscillator/order/leapfrog", "network/skew/26", "needle/energy"}},
+      {missing_spring(), {"network/patch-test", "needle/chain"}},
+      {double_steps(), {"oscillator/discrete/leapfrog", "network/load-edges", "needle/order"}},
       {not_a_number(), {"oscillator/order/rk4", "oscillator/figure-7"}},
-      {late_frames(), {"oscillator/order/rk4", "oscillator/discrete/leapfrog"}}};
+      {late_frames(), {"oscillator/order/rk4", "oscillator/discrete/leapfrog"}},
+      {harder_to_cut(), {"needle/layers", "needle/loss-of-resistance"}},
+      {delayed_loop(), {"haptics/wall/passivity", "haptics/falcon/reference"}}};
   Json faults = Json::array();
   const std::vector<Case> cases = all_cases();
   const auto status = [&](const std::string& name, const Mutation* fault) {

@@ -69,7 +69,7 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
                    "probe/palpation-map", "tissue/cube", "tissue/image"}},
                  {reversed_damping(), {"needle/order", "needle/momentum", "needle/energy"}},
                  {missing_spring(), {"needle/chain"}},
-                 {in_materials("cutting force +1 %", &Material::cutting_force, 1.01),
+                 {harder_to_cut(),
                   {"needle/chain", "needle/layers", "needle/loss-of-resistance", "needle/parts"}},
                  {in_materials("friction +5 %", &Material::friction, 1.05),
                   {"needle/friction/loop", "needle/reference/continuous-20-mm-s"}},
@@ -86,10 +86,9 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
 }
 
 TEST("every fault planted in a haptic loop fails the cases of haptics that measure it") {
-  const Mutation delayed{.name = "one more tick of delay", .loop_delay = 1};
-  check_red("haptics/",
-            {{delayed, {"wall/boundary", "wall/z-width", "wall/passivity", "falcon/reference"}},
-             {stiffer(), {"falcon/reference"}}});
+  check_red("haptics/", {{delayed_loop(),
+                          {"wall/boundary", "wall/z-width", "wall/passivity", "falcon/reference"}},
+                         {stiffer(), {"falcon/reference"}}});
 }
 
 }  // namespace
