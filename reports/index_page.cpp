@@ -11,6 +11,7 @@
 
 #include "fixtures/io/file_bytes.hpp"
 #include "model/problem/input_error.hpp"
+#include "model/problem/recording.hpp"
 #include "reports/html/html_page.hpp"
 #include "reports/html/html_template.hpp"
 #include "reports/results/results_json.hpp"
@@ -43,11 +44,11 @@ void add(std::vector<IndexValue>& values, const Json& json, const char* key, Ind
 }
 
 std::vector<IndexValue> run_values(const Json& json) {
-  constexpr double mmhg = 1.0 / 133.322387415;  // [mmHg/Pa]
   std::vector<IndexValue> values;
   add(values, json, "peak_force_n", {.name = "peak force", .unit = "N"});
   add(values, json, "deepest_m", {.name = "depth", .unit = "mm"}, mm);
-  add(values, json, "peak_pressure_pa", {.name = "peak pressure", .unit = "mmHg"}, mmhg);
+  add(values, json, "peak_pressure_pa", {.name = "peak pressure", .unit = "mmHg"},
+      1.0 / pascals_per_mmhg);
   add(values, json, "smallest_jacobian", {.name = "smallest cell corner", .unit = "1"});
   add(values, json, "slowest_tick_s", {.name = "worst tick", .unit = "ms", .timing = true}, 1e3);
   return values;
@@ -115,13 +116,9 @@ constexpr std::array<ResultFile, 6> result_files{{
 }};
 
 std::string date_of(fs::file_time_type time) {
-  const auto system = std::chrono::file_clock::to_sys(time);
-  const std::time_t seconds = std::chrono::system_clock::to_time_t(
-      std::chrono::time_point_cast<std::chrono::seconds>(system));
-  std::array<char, 32> text{};
-  std::tm parts{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&seconds, &parts));
-  return text.data();
+  const auto system = std::chrono::time_point_cast<std::chrono::system_clock::duration>(
+      std::chrono::file_clock::to_sys(time));
+  return utc_text(std::chrono::system_clock::to_time_t(system));
 }
 
 Json value_json(const IndexValue& value) {
@@ -189,7 +186,7 @@ Status status_of(const IndexLine& line) {
 /// Lines of one folder, oldest first.
 using History = std::vector<IndexLine>;
 
-/// What differs between the last two lines, apart from times of the machine.
+/// Lists what differs between the last two lines; run times and their counts are left out.
 std::string changes_in(const History& history) {
   if (history.size() < 2) { return {}; }
   const IndexLine& now = history.back();

@@ -67,6 +67,14 @@ std::string short_number(double value, int digits) {
   return sign + (mantissa == "1" ? power : mantissa + "\u202f×\u202f" + power);
 }
 
+std::string utc_text(std::time_t time) {
+  std::tm parts{};
+  gmtime_r(&time, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text.data();
+}
+
 std::string quantity(double value, std::string_view unit) {
   return short_number(value) + "\u00a0" + std::string(unit);
 }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdio>
+#include <ctime>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,9 @@ std::string short_number(double value, int digits = 4);
 
 /// Returns a number with its unit for readers, without a line break opportunity.
 std::string quantity(double value, std::string_view unit);
+
+/// Time in UTC as in ISO 8601: "2026-11-25T17:57:05Z".
+std::string utc_text(std::time_t time);
 
 /// Returns the number of digits (at least 4) at which the texts of two numbers differ.
 int digits_apart(double a, double b);

@@ -249,7 +249,7 @@ class Sampler {
     }
   }
 
-  /// Inserts the row, unless no value of its column is smaller or two columns have the same row.
+  /// Inserts the row if its value is larger than every other of its column.
   void insert_row(const Extreme& extreme) {
     if (extreme.row.empty()) { return; }
     const std::vector<double>& values = trace_.columns[extreme.column].values;

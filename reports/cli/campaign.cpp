@@ -2,8 +2,6 @@
 /// The commands `campaign`, whose jobs are runs of scenes on many machines, and `merge`, which
 /// joins shards of `validate` (docs/campaigns.md).
 
-#include "reports/cli/campaign.hpp"
-
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -117,6 +115,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using campaign::Campaign;
+using campaign::Domain;
 using campaign::JobResult;
 using campaign::Method;
 using campaign::Shard;
@@ -533,7 +532,7 @@ std::string job_line(const Json& job, bool exclusive) {
     }
     result["trace_sha256"] = hash_of(trace);
     Json domain = Json::object();
-    for (const auto& [key, range] : tested_domain(loaded.file.scene, trace)) {
+    for (const auto& [key, range] : campaign::tested_domain(loaded.file.scene, trace)) {
       domain[key] = {range[0], range[1]};
     }
     result["domain"] = domain;
@@ -883,7 +882,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
         continue;
       }
       results.push_back(job_from(json, rows));
-      if (results.back().status == "ok") { widen(domain, results.back().domain); }
+      if (results.back().status == "ok") { campaign::widen(domain, results.back().domain); }
     } catch (const std::exception& problem) { throw json_trouble(place, line, problem, allowed); }
   }
   if (number == 0 || results.size() != jobs) {
@@ -1014,39 +1013,6 @@ const char* environment_value(const char* name) {
 }
 
 }  // namespace
-
-Domain tested_domain(const Scene& scene, const Trace& trace) {
-  Domain domain;
-  const auto add = [&domain](const char* key, double value) {
-    widen(domain, {{key, {value, value}}});
-  };
-  const Tissue& tissue = scene.tissue;
-  std::set<std::string> used;
-  if (tissue.source == Source::lattice) { used.insert(tissue.lattice.material); }
-  if (tissue.source == Source::layers) {
-    for (const Layer& layer : tissue.layers) { used.insert(layer.material); }
-  }
-  for (const Material& material : scene.materials) {
-    if (used.contains(material.name)) { add("youngs_modulus_pa", material.youngs_modulus); }
-  }
-  if (scene.needle) { add("needle_diameter_m", scene.needle->diameter); }
-  if (!scene.needle && !scene.probe) { return domain; }
-  const Drive drive = scene.drive.value_or(Drive{});
-  if (drive.kind == Drive::Kind::trajectory) { add("speed_m_per_s", drive.speed); }
-  if (const Column* depth = trace.find("tool.depth_m"); depth != nullptr && trace.rows() > 0) {
-    const auto [low, high] = std::ranges::minmax(depth->values);
-    widen(domain, {{"depth_m", {std::max(0.0, low), high}}});
-  }
-  return domain;
-}
-
-void widen(Domain& domain, const Domain& by) {
-  for (const auto& [key, range] : by) {
-    const auto [found, fresh] = domain.emplace(key, range);
-    if (fresh) { continue; }
-    found->second = {std::min(found->second[0], range[0]), std::max(found->second[1], range[1])};
-  }
-}
 
 Results campaign_findings(const std::string& text, const std::string& name, Domain& domain) {
   std::istringstream in(text);

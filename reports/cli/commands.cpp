@@ -27,6 +27,7 @@
 #include "model/problem/input_error.hpp"
 #include "model/stepping/integrator.hpp"
 #include "reports/index_page.hpp"
+#include "validation/number_text.hpp"
 
 namespace palpate::cli {
 
@@ -274,19 +275,6 @@ std::string integrator_help() {
   return text;
 }
 
-namespace {
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  std::array<char, 32> buffer{};
-  std::strftime(buffer.data(), buffer.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return buffer.data();
-}
-
-}  // namespace
-
 std::string in_shell_quotes(const std::string& word) {
   constexpr const char* plain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+%,:";
@@ -316,7 +304,7 @@ std::map<std::string, std::string> build_provenance() {
       {"flags", PALPATE_FLAGS},
       {"processor", (processor.empty() ? "unknown" : processor) + ", " +
                         std::to_string(std::thread::hardware_concurrency()) + " hardware threads"},
-      {"date", utc_now()}};
+      {"date", utc_text(std::time(nullptr))}};
 }
 
 std::string printable_lines(const std::string& text) {

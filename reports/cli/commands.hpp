@@ -13,8 +13,9 @@
 #include <vector>
 
 #include "device/byte_link.hpp"
+#include "reports/results/results.hpp"
 #include "reports/subject/foreign_subject.hpp"
-#include "validation/campaign/plan.hpp"
+#include "validation/campaign/findings.hpp"
 #include "validation/outcome.hpp"
 
 namespace palpate::build {
@@ -258,6 +259,12 @@ void add_merge(Program& program);
 void add_campaign(Program& program);
 void add_evidence(Program& program);
 void add_verify(Program& program);
+
+/// Returns the findings of a merged campaign, and extends the domain by its jobs with the status
+/// ok. `name` is used in messages. Throws InputError.
+Results campaign_findings(const std::string& text, const std::string& name,
+                          campaign::Domain& domain);
+
 void add_falcon(Program& program);
 void add_live(Program& program);
 void add_import(Program& program);

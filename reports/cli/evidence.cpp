@@ -17,11 +17,11 @@
 #include "fixtures/io/scene_file.hpp"
 #include "fixtures/io/toml_file.hpp"
 #include "model/problem/input_error.hpp"
-#include "reports/cli/campaign.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
 #include "reports/timing/child_process.hpp"
+#include "validation/campaign/findings.hpp"
 #include "validation/case.hpp"
 #include "validation/number_text.hpp"
 #include "validation/planted_faults.hpp"
@@ -97,6 +97,7 @@ template <class Visitor> void fields(Visitor& v, cli::EvidenceContext& c) {
 namespace palpate::cli {
 namespace {
 
+using campaign::Domain;
 namespace fs = std::filesystem;
 using evidence::Files;
 using Json = nlohmann::ordered_json;
@@ -310,7 +311,7 @@ Sources sources_in(const Files& files) {
       try {
         const Json domain = parse_json(bytes).at("domain");
         for (const auto& [key, range] : domain.items()) {
-          widen(sources.tested, {{key, {range.at(0), range.at(1)}}});
+          campaign::widen(sources.tested, {{key, {range.at(0), range.at(1)}}});
         }
       } catch (const std::exception& problem) {
         throw json_trouble(name, bytes, problem, "a run.json as palpate evidence wrote it");
@@ -435,7 +436,7 @@ Json credibility_json(const ReadContext& context, const Sources& sources) {
     for (const EvidenceFactor& factor : context.of.factors) {
       if (factor.name == item.name) { stated = factor.evidence; }
     }
-    // What the user states is not computed here, so it does not show a factor alone.
+    // Evidence that a user states is not computed here: alone it shows a factor in part only.
     if (status == "not shown" && !stated.empty()) { status = "in part"; }
     std::set<std::string> cases;
     for (const auto* each : found) {
@@ -720,7 +721,7 @@ void add_results(Files& files, const std::string& folder, const fs::path& path,
         {.name = "tool.depth_m", .values = {number_from_json(summary.at("deepest_m"))}});
   }
   Json domain = Json::object();
-  for (const auto& [key, range] : tested_domain(scene.scene, reached)) {
+  for (const auto& [key, range] : campaign::tested_domain(scene.scene, reached)) {
     domain[key] = key == "depth_m" ? Json{0.0, range[1]} : Json{range[0], range[1]};
   }
   add_file(files, folder + "/trace.h5", path / "trace.h5", inputs);

@@ -313,8 +313,7 @@ void add_live(Program& program) {
             "image for the boot loader of a Falcon, if it has none yet; not part of Palpate");
   add_value(command, "--max-force", options.most_force, "N", "limit on the force of a device [8]")
       ->check(number_range(0.0, 20.0));
-  command.add_flag("--ordinary", options.ordinary,
-                   "do not ask for real-time scheduling and locked memory");
+  command.add_flag("--ordinary", options.ordinary, "run with ordinary scheduling and memory");
   command.add_flag("--no-record", options.no_record, "write no trace.csv and no scene.toml");
   add_subject_options(command, options.subject);
   command.footer(

@@ -120,8 +120,8 @@ class LiveLoop final : public TickHook {
 
   /// Prepares a run from t = 0 of a loaded subject. Not during a run.
   void begin(Subject& subject);
-  /// Publishes the last state of a run that is over, until a command asks for a reset or `stop` is
-  /// set. Sleeps between two looks; not part of the loop.
+  /// After the end of a run: publishes its last state again and again, until a reset is commanded
+  /// or `stop` is set. Not real-time: it sleeps between.
   void wait_for_reset(Subject& subject, bool diverged, const std::atomic<bool>& stop);
 
   TickOrder before_tick(Subject& subject) noexcept override;

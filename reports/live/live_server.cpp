@@ -88,17 +88,17 @@ std::string random_token() {
   return token;
 }
 
-bool Gate::allows_host(std::string_view host) const {
+bool RequestCheck::allows_host(std::string_view host) const {
   const std::string end = ":" + std::to_string(port);
   return host == "127.0.0.1" + end || host == "localhost" + end;
 }
 
-bool Gate::allows_origin(std::string_view origin) const {
+bool RequestCheck::allows_origin(std::string_view origin) const {
   constexpr std::string_view scheme = "http://";
   return origin.starts_with(scheme) && allows_host(origin.substr(scheme.size()));
 }
 
-bool Gate::allows_target(std::string_view target, std::string_view path) const {
+bool RequestCheck::allows_target(std::string_view target, std::string_view path) const {
   return !token.empty() && equal_secret(target, std::string(path) + "?token=" + token);
 }
 
@@ -222,7 +222,7 @@ class LiveServer::Core {
     asio::post(context_, [this] { context_.stop(); });
   }
 
-  [[nodiscard]] const Gate& gate() const { return gate_; }
+  [[nodiscard]] const RequestCheck& gate() const { return gate_; }
   [[nodiscard]] const ServerCounts& counts() const { return counts_; }
 
  private:
@@ -238,7 +238,7 @@ class LiveServer::Core {
 
   LiveLoop& loop_;
   LivePage page_;
-  Gate gate_{};
+  RequestCheck gate_{};
   asio::io_context context_{1};
   tcp::acceptor acceptor_;
   asio::steady_timer timer_;

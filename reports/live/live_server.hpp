@@ -21,8 +21,9 @@ namespace palpate::live {
 /// Returns 128 random bits from the system as 32 hexadecimal digits. Throws std::runtime_error.
 std::string random_token();
 
-/// What a request must show. Nothing else of a request is used, and no path is read from it.
-struct Gate {
+/// Checks of a request: its host, origin and target. The server uses nothing else of a request, and
+/// its target never names a file.
+struct RequestCheck {
   std::string token{};
   std::uint16_t port = 0;
 

@@ -2,7 +2,7 @@
 """Measures `palpate live` beside viewers, for docs/live.md: response times of the loop with no viewer, one, four, and one
 that never reads; frames that arrive; resident memory every minute. It judges nothing.
 
-usage: live_load.py PALPATE SCENE OUT [--seconds S] [--minutes M]
+usage: live_load.py PALPATE SCENE OUT [--seconds S] [--minutes M] [--set KEY=VALUE ...]
 """
 
 import json
@@ -17,6 +17,10 @@ def option(name, otherwise):
     return float(sys.argv[sys.argv.index(name) + 1]) if name in sys.argv else otherwise
 
 
+def overrides():
+    return [word for n, word in enumerate(sys.argv) if word == "--set" or sys.argv[n - 1] == "--set"]
+
+
 def look(viewer, seconds, found):
     """Counts frames and their bytes for some seconds."""
     end = time.monotonic() + seconds
@@ -29,7 +33,7 @@ def look(viewer, seconds, found):
 
 
 def run(palpate, scene, out, count, deaf, seconds):
-    live = Live(palpate, scene, out, "--no-record")
+    live = Live(palpate, scene, out, "--no-record", *overrides())
     viewers = [Viewer(live) for _ in range(count)]
     silent = [Viewer(live, buffer=4096) for _ in range(deaf)]
     found = []
@@ -63,7 +67,7 @@ def main():
               f"{summary['missed']} of {summary['periods']}", [f"{rate:.1f}" for rate, _ in found], text.split(";")[-1],
               sep=", ", flush=True)
     if minutes:
-        live = Live(palpate, scene, out + "-memory")
+        live = Live(palpate, scene, out + "-memory", *overrides())
         viewer = Viewer(live)
         begin = viewer.state()
         clock = time.monotonic()

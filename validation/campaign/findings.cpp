@@ -14,6 +14,39 @@ namespace palpate::campaign {
 
 using comparison::quantile;
 
+Domain tested_domain(const Scene& scene, const Trace& trace) {
+  Domain domain;
+  const auto add = [&domain](const char* key, double value) {
+    widen(domain, {{key, {value, value}}});
+  };
+  const Tissue& tissue = scene.tissue;
+  std::set<std::string> used;
+  if (tissue.source == Source::lattice) { used.insert(tissue.lattice.material); }
+  if (tissue.source == Source::layers) {
+    for (const Layer& layer : tissue.layers) { used.insert(layer.material); }
+  }
+  for (const Material& material : scene.materials) {
+    if (used.contains(material.name)) { add("youngs_modulus_pa", material.youngs_modulus); }
+  }
+  if (scene.needle) { add("needle_diameter_m", scene.needle->diameter); }
+  if (!scene.needle && !scene.probe) { return domain; }
+  const Drive drive = scene.drive.value_or(Drive{});
+  if (drive.kind == Drive::Kind::trajectory) { add("speed_m_per_s", drive.speed); }
+  if (const Column* depth = trace.find("tool.depth_m"); depth != nullptr && trace.rows() > 0) {
+    const auto [low, high] = std::ranges::minmax(depth->values);
+    widen(domain, {{"depth_m", {std::max(0.0, low), high}}});
+  }
+  return domain;
+}
+
+void widen(Domain& domain, const Domain& by) {
+  for (const auto& [key, range] : by) {
+    const auto [found, fresh] = domain.emplace(key, range);
+    if (fresh) { continue; }
+    found->second = {std::min(found->second[0], range[0]), std::max(found->second[1], range[1])};
+  }
+}
+
 namespace {
 
 /// Sums of one base sample: what the estimators need of A, B and A with one value from B.

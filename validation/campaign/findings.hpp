@@ -10,11 +10,23 @@
 #include <string>
 #include <vector>
 
+#include "model/problem/scene.hpp"
+#include "model/problem/trace.hpp"
 #include "validation/campaign/plan.hpp"
 #include "validation/outcome.hpp"
 #include "validation/statistics.hpp"
 
 namespace palpate::campaign {
+
+/// Smallest and largest tested value by key: "speed_m_per_s", "depth_m", "needle_diameter_m",
+/// "youngs_modulus_pa".
+using Domain = std::map<std::string, std::array<double, 2>>;
+
+/// Extends the ranges so that they contain the others.
+void widen(Domain& domain, const Domain& by);
+
+/// Returns what a run has tested.
+Domain tested_domain(const Scene& scene, const Trace& trace);
 
 /// Bounds that a quantity must keep in every job.
 struct Claim {
@@ -33,8 +45,7 @@ struct JobResult {
   std::string status{};             ///< ok, unreliable, diverged or error
   std::string cause{};              ///< of a status other than ok, without numbers
   std::map<std::string, double> quantities{};
-  /// Smallest and largest tested value of speed, depth, diameter and modulus.
-  std::map<std::string, std::array<double, 2>> domain{};
+  Domain domain{};
   std::string timing{};  ///< pass, fail or not judged; empty: the campaign claims no time
   std::string timing_reason{};
 };

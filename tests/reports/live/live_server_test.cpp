@@ -10,7 +10,7 @@ namespace {
 
 using namespace palpate::live;
 
-const Gate gate{.token = "00112233445566778899aabbccddeeff", .port = 8080};
+const RequestCheck gate{.token = "00112233445566778899aabbccddeeff", .port = 8080};
 
 TEST("only the names of this machine with the port of the server pass as a host") {
   CHECK(gate.allows_host("127.0.0.1:8080"));
@@ -40,7 +40,7 @@ TEST("a target passes with the whole token alone") {
         right + "&x=1", "/socket?token=" + gate.token, "/../etc/passwd?token=" + gate.token}) {
     CHECK(!gate.allows_target(other, "/"));
   }
-  const Gate open{.token = "", .port = 8080};
+  const RequestCheck open{.token = "", .port = 8080};
   CHECK(!open.allows_target("/?token=", "/"));
 }
 
