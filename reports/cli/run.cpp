@@ -940,6 +940,11 @@ int run_scene(const RunOptions& options) {
   if (options.refine && options.subject.foreign()) {
     throw InputError("--refine with --subject: only the model refines its scene; use one");
   }
+  if (options.vtk && (loaded.network() == nullptr || scene.output.frames == 0)) {
+    throw InputError(options.scene.string() +
+                     ": --vtk writes nodes over time; a scene with tissue and output.frames > 0 "
+                     "is needed");
+  }
   const std::unique_ptr<Subject> foreign =
       foreign_subject(confined(options.subject, options), loaded);
   const device::falcon::FaultScript faults = faults_of(options);

@@ -969,7 +969,7 @@ struct IndexOptions : CommonOptions {
 int run_index(const IndexOptions& options) {
   if (!std::filesystem::is_directory(options.parent)) {
     throw InputError(options.parent.string() +
-                     ": no such folder; a folder whose folders have results is needed");
+                     ": is no folder; a folder whose folders have results is needed");
   }
   const std::size_t count = index_folders_in(options.parent);
   std::printf("%zu results; %s\n", count, (options.parent / "index.html").c_str());
