@@ -97,7 +97,11 @@ LabelledTable notable_table(const std::vector<std::vector<std::string>>& rows, s
   for (std::size_t n = 0; n < std::min(rows.size(), most); ++n) {
     const std::vector<std::string>& row = rows[n];
     const Status status = row[0] == name_of(ChangeKind::better) ? Status::pass : Status::fail;
-    table.rows.push_back({row[2], Badge{status, row[0]}, row[1], row[3], row[4], row[5], row[6]});
+    std::vector<LabelledTable::Cell> cells{row[2], Badge{status, row[0]}, row[1]};
+    for (std::size_t k = 3; k < row.size(); ++k) {
+      cells.emplace_back(row[k].empty() ? "-" : row[k]);
+    }
+    table.rows.push_back(std::move(cells));
   }
   return table;
 }
