@@ -504,13 +504,14 @@ template <class Real> class ToolContact : public ToolState {
     return dragged ? std::min(drags_.front().law.drag(), 0.0) : 0.0;
   }
   /// Adapts creeping friction to the depth of the tip. Tissue that the shaft drags along carries
-  /// its borders with it, so that the length of shaft in it changes by the slip alone.
+  /// its borders with it, so that the length of shaft in it changes by the slip alone. At least half
+  /// of the depth counts: the smallest value that a shaft without slip leaves.
   void reach_drag() noexcept {
     for (ShaftDrag& one : drags_) {
       const double before = one.law.energy();
       // Shaft that enters at a puncture drags its tissue at once: a second pass takes this drag.
       for (int pass = 0; pass < 2; ++pass) {
-        const double reached = depth_ - one.law.drag();
+        const double reached = std::max(depth_ - one.law.drag(), 0.5 * depth_);
         const double limit = in_tissue() ? path_.friction(one.interval, reached, one.share) : 0.0;
         for (double& share : one.share) { share = limit > 0.0 ? share / limit : 0.0; }
         one.law.reach(limit, reached - one.reached);
