@@ -131,6 +131,8 @@ template <class Real> class System {
   /// Computes the constraint compliance before the first step; `solve` applies P^-1. Allocates.
   virtual void learn_compliance(
       const std::function<void(const Vector<Real>&, Vector<Real>&)>& /*solve*/) {}
+  /// Returns a number that changes with the set of active constraints.
+  [[nodiscard]] virtual long constraint_set() const noexcept { return 0; }
   /// Prepares the constraints for one linear solve; call it before the products.
   virtual void begin_linear_solve() noexcept {}
   /// Changes solution = P^-1 r to the solution under the active contact constraints.

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "model/kernels/supernode_factors.hpp"
+#include "model/stepping/anderson_iteration.hpp"
 
 namespace palpate {
 
@@ -251,7 +252,8 @@ template <class Real> class RungeKutta4 final : public ExplicitScheme<Real, 4> {
 
 // Implicit schemes.
 
-constexpr int most_newton_iterations = 25;
+constexpr int most_accelerated_iterations = 25;
+constexpr int most_newton_iterations = 37;
 /// Maximum number of halvings of a correction that increased the next one.
 constexpr int most_halvings = 12;
 /// Growth factor of a correction above which it is halved.
@@ -264,19 +266,14 @@ constexpr int most_linear_iterations = 100;
 constexpr double close = 1e-2;
 /// Contraction rate up to which a Jacobian is kept, also over several steps.
 constexpr double still_good = 0.05;
-/// Contraction rate up to which the factors alone replace the Jacobian, and the number of remaining
-/// iterations up to which they do: the cost of computing the Jacobian and solving with it.
-constexpr double serves_alone = 0.1;
-constexpr int most_alone = 8;
 
 /// Implicit one-stage scheme with parameter theta. The unknown is the velocity change D in a step:
 ///   vs = v + theta D,  qs = q + theta h vs,  M D = h f(t + theta h, qs, vs);
 ///   v' = v + D,  q' = q + h vs.
-/// theta = 1 is implicit Euler, theta = 1/2 is the implicit midpoint rule. Newton's method uses a
-/// sparse LDL^T factorisation that is computed once, before the first step, and includes the active
-/// contact constraints. If it converges too slowly with these factors alone, the complete Jacobian
-/// is assembled and kept while it converges. Each linear system is then solved by BiCGSTAB with the
-/// factors as preconditioner.
+/// theta = 1 is implicit Euler, theta = 1/2 is the implicit midpoint rule. A sparse LDL^T
+/// factorisation P is computed once, before the first step; it includes the active contact
+/// constraints. Anderson's iteration with P solves a step. If it does not converge, Newton's method
+/// assembles the Jacobian and solves each linear system by BiCGSTAB with the preconditioner P.
 template <class Real> class ImplicitScheme : public Integrator<Real> {
  public:
   explicit ImplicitScheme(double theta) : theta_(theta) {}
@@ -287,6 +284,7 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
                                &taken_, &guess_, &r_, &shadow_, &p_, &p_hat_, &s_hat_, &v_, &t_}) {
       work->setZero(n);
     }
+    anderson_.prepare(n);
     system.pattern(a_);
     // The Jacobian is symmetric at zero velocity.
     const Real th = static_cast<Real>(theta_ * h);
@@ -302,22 +300,26 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
 
   void step(System<Real>& system, State<Real>& state, double t, double h) noexcept override {
     guess_ = change_;
-    for (const int halvings : {0, most_halvings}) {
-      if (find_change(system, state, t, h, halvings)) {
-        stage_v_ = state.velocity + static_cast<Real>(theta_) * change_;
-        state.position += static_cast<Real>(h) * stage_v_;
-        state.velocity += change_;
-        return;
-      }
+    bool solved = accelerate(system, state, t, h);
+    if (!solved) {
       change_ = guess_;
       renew_ = true;
+      solved = newton(system, state, t, h);
     }
+    if (solved) {
+      stage_v_ = state.velocity + static_cast<Real>(theta_) * change_;
+      state.position += static_cast<Real>(h) * stage_v_;
+      state.velocity += change_;
+      return;
+    }
+    change_ = guess_;
     state.velocity.setConstant(std::numeric_limits<Real>::quiet_NaN());  // no solution was found
   }
 
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     const auto entries = static_cast<std::size_t>(a_.nonZeros());
     return entries * (sizeof(Real) + sizeof(int)) + factors_.memory_bytes() +
+           anderson_.memory_bytes() +
            bytes_of(elastic_, change_, stage_q_, stage_v_, force_, residual_, correction_, taken_,
                     guess_, r_, shadow_, p_, p_hat_, s_hat_, v_, t_);
   }
@@ -331,19 +333,27 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
     }
   }
 
-  /// Computes correction_ = A^-1 right.
-  void solve(System<Real>& system, const Vector<Real>& right) noexcept {
-    correction_.setZero();
-    const Real size = right.template lpNorm<Eigen::Infinity>();
-    if (size == Real(0)) { return; }
-    r_ = right / size;  // scaled to norm one to avoid overflow and underflow of squares
-    system.begin_linear_solve();
-    if (alone_) {
-      precondition(r_, correction_);
-      system.constrain_solution(r_, correction_);
-      correction_ *= size;
+  /// Computes correction_ = P^-1 residual_ under the active constraints.
+  void correct_alone(System<Real>& system) noexcept {
+    const Real size = residual_.template lpNorm<Eigen::Infinity>();
+    if (size == Real(0)) {
+      correction_.setZero();
       return;
     }
+    r_ = residual_ / size;  // scaled to norm one to avoid overflow and underflow
+    system.begin_linear_solve();
+    precondition(r_, correction_);
+    system.constrain_solution(r_, correction_);
+    correction_ *= size;
+  }
+
+  /// Computes correction_ = A^-1 residual_ under the active constraints.
+  void solve(System<Real>& system) noexcept {
+    correction_.setZero();
+    const Real size = residual_.template lpNorm<Eigen::Infinity>();
+    if (size == Real(0)) { return; }
+    r_ = residual_ / size;  // scaled to norm one to avoid overflow and underflow of squares
+    system.begin_linear_solve();
     shadow_ = r_;
     p_.setZero();
     v_.setZero();
@@ -385,67 +395,98 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
     return (residual_.array().abs() <= reach * elastic_.array().abs()).all();
   }
 
-  /// Computes change_ with Newton's method, starting from the previous change. Diverging
-  /// corrections are halved at most `halvings` times. Returns false if the iteration does not
-  /// converge.
-  bool find_change(System<Real>& system, const State<Real>& state, double t, double h,
-                   int halvings) noexcept {
-    const Real dt = static_cast<Real>(h);
+  /// Computes the residual of change_. Returns false if it is not finite.
+  bool evaluate(System<Real>& system, const State<Real>& state, double t, double h) noexcept {
     const Real theta = static_cast<Real>(theta_);
-    const Real th = theta * dt;
-    const Real rounding = 64 * std::numeric_limits<Real>::epsilon();
-    const Real tolerance = std::max(static_cast<Real>(tolerance_), rounding);
-    const Real noise = std::max(Real(1e4) * rounding, static_cast<Real>(stagnant));
+    stage_v_ = state.velocity + theta * change_;
+    stage_q_ = state.position + theta * static_cast<Real>(h) * stage_v_;
+    system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
+    residual_ = static_cast<Real>(h) * force_ - system.mass().cwiseProduct(change_);
+    return residual_.allFinite();  // norms can miss a NaN
+  }
+  /// Returns true if a correction is rounding error: relative to the velocities, or if it moves
+  /// every position by a few roundings at most.
+  [[nodiscard]] bool is_noise(Real size, Real th) const noexcept {
+    const Real noise =
+        std::max(Real(64e4) * std::numeric_limits<Real>::epsilon(), static_cast<Real>(stagnant));
+    return size <= noise * scale_ || th * size <= 4 * std::numeric_limits<Real>::epsilon() *
+                                                      stage_q_.template lpNorm<Eigen::Infinity>();
+  }
+  /// Returns true if change_ is accurate enough after a correction of this size. The remaining
+  /// error is the geometric series of corrections that decrease by `rate`.
+  [[nodiscard]] bool is_settled(const State<Real>& state, Real th, Real size, Real last,
+                                Real rate) noexcept {
+    const Real tolerance =
+        std::max(static_cast<Real>(tolerance_), Real(64) * std::numeric_limits<Real>::epsilon());
+    scale_ = state.velocity.template lpNorm<Eigen::Infinity>() +
+             change_.template lpNorm<Eigen::Infinity>();
+    return (rate < Real(1) && size * rate <= tolerance * scale_ * (Real(1) - rate)) ||
+           (size >= last && is_noise(size, th));
+  }
+  /// Returns the rate at which corrections decrease. The first correction of a step uses the rate
+  /// of the step before, with decreasing confidence (Hairer & Wanner).
+  [[nodiscard]] static Real rate_after(int n, Real before, Real now) noexcept {
+    return std::max(n == 0 ? std::pow(before, Real(0.8)) : now, static_cast<Real>(close));
+  }
+
+  /// Computes change_ by Anderson's iteration, starting from the previous change. Returns false if
+  /// it does not converge.
+  bool accelerate(System<Real>& system, const State<Real>& state, double t, double h) noexcept {
+    const Real th = static_cast<Real>(theta_) * static_cast<Real>(h);
+    if (!factors_.usable() || th != factor_reach_) { return false; }
+    if (const long set = system.constraint_set(); set != constraint_set_) {
+      anderson_.forget();
+      constraint_set_ = set;
+    }
+    anderson_.start();
     Real last = std::numeric_limits<Real>::infinity();
-    Real scale = Real(0);
-    alone_ = factors_.usable() && th == factor_reach_;
-    const int most = most_newton_iterations + halvings;
-    for (int n = 0; n < most; ++n) {
-      stage_v_ = state.velocity + theta * change_;
-      stage_q_ = state.position + th * stage_v_;
-      system.force(t + theta_ * h, load_gate(t, h), stage_q_, stage_v_, force_);
-      residual_ = dt * force_ - system.mass().cwiseProduct(change_);
-      if (!residual_.allFinite()) { break; }  // the norms below can miss a NaN
-      if (!alone_ && (renew_ || reach_ != th)) {
+    for (int n = 0; n < most_accelerated_iterations; ++n) {
+      if (!evaluate(system, state, t, h)) { return false; }
+      const bool at_rounding = residual_is_rounding(static_cast<Real>(h));
+      correct_alone(system);
+      const Real ratio = anderson_.advance(change_, correction_);
+      const Real size = correction_.template lpNorm<Eigen::Infinity>();
+      change_ += correction_;
+      rate_alone_ = rate_after(n, rate_alone_, std::max(size / last, ratio));
+      if (is_settled(state, th, size, last, rate_alone_) || at_rounding) { return true; }
+      last = size;
+    }
+    return false;
+  }
+
+  /// Computes change_ with Newton's method, starting from the previous change. Diverging
+  /// corrections are halved. Returns false if the iteration does not converge.
+  bool newton(System<Real>& system, const State<Real>& state, double t, double h) noexcept {
+    const Real th = static_cast<Real>(theta_) * static_cast<Real>(h);
+    Real last = std::numeric_limits<Real>::infinity();
+    int halvings = most_halvings;
+    scale_ = Real(0);
+    for (int n = 0; n < most_newton_iterations; ++n) {
+      if (!evaluate(system, state, t, h)) { return false; }
+      if (renew_ || reach_ != th) {
         system.jacobian(stage_q_, stage_v_, th, th * th, a_);
         elastic_ = a_.diagonal() - system.mass();
         reach_ = elastic_reach_ = th;
       }
-      const bool at_rounding = residual_is_rounding(dt);
-      solve(system, residual_);
+      const bool at_rounding = residual_is_rounding(static_cast<Real>(h));
+      solve(system);
       const Real size = correction_.template lpNorm<Eigen::Infinity>();
-      // A correction that moves every position by a few roundings at most is noise as well.
-      const auto is_noise = [&] {
-        return size <= noise * scale ||
-               th * size <= 4 * std::numeric_limits<Real>::epsilon() *
-                                stage_q_.template lpNorm<Eigen::Infinity>();
-      };
       // Far from the solution a full correction can increase the error (Deuflhard's natural
       // monotonicity).
-      if (halvings > 0 && n > 0 && !(size <= static_cast<Real>(growth) * last) && !is_noise()) {
+      if (halvings > 0 && n > 0 && !(size <= static_cast<Real>(growth) * last) &&
+          !is_noise(size, th)) {
         --halvings;
         taken_ *= Real(0.5);
         change_ -= taken_;
-        alone_ = false;
         renew_ = true;
         continue;
       }
-      if (halvings > 0) { taken_ = correction_; }
+      taken_ = correction_;
       change_ += correction_;
-      scale = state.velocity.template lpNorm<Eigen::Infinity>() +
-              change_.template lpNorm<Eigen::Infinity>();
-      // Corrections decrease at a constant rate that is limited by the accuracy of the linear
-      // solve; the remaining error is their geometric series. The first correction uses the rate of
-      // the step before, with decreasing confidence (Hairer & Wanner).
-      Real& rate = alone_ ? rate_alone_ : rate_;
-      rate = std::max(n == 0 ? std::pow(rate, Real(0.8)) : size / last, static_cast<Real>(close));
-      if (!alone_) { renew_ = n > 0 && rate > still_good; }
-      const Real asked = tolerance * scale * (Real(1) - rate);
-      const bool settled = rate < Real(1) && size * rate <= asked;
-      const bool stalled = size >= last && is_noise();
-      if (settled || stalled || at_rounding) { return true; }
-      alone_ = alone_ &&
-               (n == 0 || rate <= serves_alone || size * std::pow(rate, Real(most_alone)) <= asked);
+      // Limited by the accuracy of the linear solve.
+      rate_ = rate_after(n, rate_, size / last);
+      renew_ = n > 0 && rate_ > still_good;
+      if (is_settled(state, th, size, last, rate_) || at_rounding) { return true; }
       last = size;
     }
     return false;
@@ -454,10 +495,12 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
   double theta_;
   double tolerance_ = 0.0;     ///< relative tolerance of the velocity change in a step; 0: rounding
   Real rate_ = Real(1);        ///< contraction rate with the Jacobian
-  Real rate_alone_ = Real(1);  ///< contraction rate with the factors alone
-  bool alone_ = false;         ///< use the factors in place of the Jacobian
-  bool renew_ = true;          ///< a_ must be recomputed
-  Real reach_ = Real(0);       ///< theta h of a_
+  Real rate_alone_ = Real(1);  ///< contraction rate of Anderson's iteration
+  Real scale_ = Real(0);       ///< velocities to which the tolerance is relative [m/s]
+  AndersonIteration<Real> anderson_{};
+  long constraint_set_ = 0;  ///< that of the pairs of anderson_
+  bool renew_ = true;        ///< a_ must be recomputed
+  Real reach_ = Real(0);     ///< theta h of a_
   Eigen::SparseMatrix<Real> a_;
   SupernodeFactors<Real> factors_{};
   Real factor_reach_ = Real(0);   ///< theta h of the factors, which are valid for this value only

@@ -334,6 +334,13 @@ template <class Real> class ToolContact : public ToolState {
     }
     held_.factorise();
   }
+  /// Returns a number for the modes of tip, shaft and bone and the number of locked contact points.
+  [[nodiscard]] long constraint_set() const noexcept {
+    const auto locked =
+        std::ranges::count_if(knots_, [this](const Knot& knot) { return is_locked(knot); });
+    return ((locked * 4 + static_cast<long>(tip_)) * 3 + static_cast<long>(shaft_)) * 2 +
+           static_cast<long>(at_bone_);
+  }
   void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
     held_.correct(r, solution);
   }

@@ -83,6 +83,7 @@ template <class Real> class ToolSystem final : public System<Real> {
       const std::function<void(const Vector<Real>&, Vector<Real>&)>& solve) override {
     contact_.learn_compliance(this->dof(), solve);
   }
+  [[nodiscard]] long constraint_set() const noexcept override { return contact_.constraint_set(); }
   void begin_linear_solve() noexcept override { contact_.begin_linear_solve(); }
   void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) noexcept override {
     contact_.constrain_solution(r, solution);
