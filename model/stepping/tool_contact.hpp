@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -202,6 +203,7 @@ template <class Real> class ToolContact : public ToolState {
     const bool predict = theta > 0.0;
     predict_ = predict;
     theta_ = theta;
+    tried_.reset();
     depth_begin_ = depth_;
     first_evaluation_ = true;
     if (sliding_) { slide(t + h); }
@@ -344,9 +346,9 @@ template <class Real> class ToolContact : public ToolState {
   void constrain_solution(const Vector<Real>& r, Vector<Real>& solution) const noexcept {
     held_.correct(r, solution);
   }
-  /// Checks the contact laws after an implicit step. Returns true if tip and shaft satisfied them.
-  /// Otherwise it changes their active constraints and the caller must repeat the step
-  /// (model/EQUATIONS.md, "Held constraints").
+  /// Checks the contact laws of tip and shaft after an implicit step. Returns true if it changed
+  /// their active constraints, and the caller must repeat the step (model/EQUATIONS.md, "Held
+  /// constraints"). Constraints that this step was solved with before are not tried again.
   bool update_active_set(const State<Real>& state) noexcept {
     if (!in_tissue()) { return false; }
     gather(state.position, state.velocity);
@@ -354,10 +356,17 @@ template <class Real> class ToolContact : public ToolState {
     place_ = is_coordinate() ? static_cast<double>(state.position(tool_))
                              : place_begin_ + velocity_ * step_length_;
     const Slack allowed = slack();
+    const auto [tip_before, shaft_before] = std::pair{tip_, shaft_};
+    tried_.set(mode_number());
     const bool tip = update_tip(velocity_ - velocity_at(at_), allowed);
     const bool shaft = update_shaft(slip_now(), allowed);
     first_evaluation_ = true;
-    return tip || shaft;
+    if (!tip && !shaft) { return false; }
+    if (!tried_.test(mode_number())) { return true; }
+    // No set of constraints satisfies the laws; end_step() limits the forces.
+    tip_ = tip_before;
+    shaft_ = shaft_before;
+    return false;
   }
   /// Updates the modes after a step that ended at t and removes the drift of sticking parts.
   void end_step(double t, State<Real>& state) noexcept {
@@ -448,6 +457,9 @@ template <class Real> class ToolContact : public ToolState {
     std::vector<double> share{};  ///< of the contact points
   };
 
+  [[nodiscard]] std::size_t mode_number() const noexcept {
+    return static_cast<std::size_t>(tip_) * 3 + static_cast<std::size_t>(shaft_);
+  }
   [[nodiscard]] double dragging_velocity(const ShaftDrag& one) const noexcept {
     double velocity = velocity_;
     for (std::size_t k = 0; k < knots_.size(); ++k) {
@@ -511,8 +523,8 @@ template <class Real> class ToolContact : public ToolState {
     return dragged ? std::min(drags_.front().law.drag(), 0.0) : 0.0;
   }
   /// Adapts creeping friction to the depth of the tip. Tissue that the shaft drags along carries
-  /// its borders with it, so that the length of shaft in it changes by the slip alone. At least half
-  /// of the depth counts: the smallest value that a shaft without slip leaves.
+  /// its borders with it, so that the length of shaft in it changes by the slip alone. At least
+  /// half of the depth counts: the smallest value that a shaft without slip leaves.
   void reach_drag() noexcept {
     for (ShaftDrag& one : drags_) {
       const double before = one.law.energy();
@@ -1235,6 +1247,7 @@ template <class Real> class ToolContact : public ToolState {
   double place_begin_ = 0.0;
   double gap_begin_ = 0.0;  ///< distance that the tip is ahead of its cut before a step [m]
   bool predict_ = false;
+  std::bitset<12> tried_{};  ///< modes that the present step was solved with
   double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
   /// Deceleration that tip and shaft need in an implicit step to stick [m/s^2].
