@@ -15,6 +15,32 @@
 
 namespace palpate {
 
+namespace {
+
+/// Returns the supports of a sliding face at places along its path, a spacing apart or closer.
+std::vector<std::vector<NeedlePath::Support>> places_of_face(
+    const std::vector<Eigen::Vector3d>& path, const ProbeFace& face) {
+  std::vector<std::vector<NeedlePath::Support>> places;
+  std::vector<double> share(face.node.size());
+  for (std::size_t n = 0; n + 1 < path.size(); ++n) {
+    const Eigen::Vector2d from = path[n].tail<2>();
+    const Eigen::Vector2d way = path[n + 1].tail<2>() - from;
+    const double pieces = std::max(1.0, std::ceil(way.norm() / face.spacing.minCoeff()));
+    for (double piece = 0.0; piece <= pieces; ++piece) {
+      face.press(from + piece / pieces * way, share);
+      std::vector<NeedlePath::Support>& on = places.emplace_back();
+      for (std::size_t column = 0; column < share.size(); ++column) {
+        if (share[column] > 0.0 && face.node[column] >= 0) {
+          on.push_back({.node = face.node[column], .weight = share[column]});
+        }
+      }
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
 std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem) {
   std::vector<LoadCase> load_cases;
   const auto add = [&](std::vector<NeedlePath::Support> on, const Eigen::Vector3d& direction) {
@@ -23,6 +49,12 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
   };
   if (scene.needle || scene.probe) {
     const NeedlePath path(scene, problem.network());
+    if (path.sliding_face()) {
+      for (auto& on : places_of_face(*scene.probe->path, *path.sliding_face())) {
+        add(std::move(on), path.direction());
+      }
+      return load_cases;
+    }
     for (const NeedlePath::Knot& knot : path.knots()) {
       const auto supports = path.supports(knot);
       for (int axis = 0; axis < 3; ++axis) {
@@ -53,6 +85,9 @@ std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network)
 
 namespace {
 
+/// Number of free nodes up to which the modes come from the stiffness matrix of every node.
+constexpr std::size_t most_factorised_nodes = 5000;
+
 using Place = std::array<int, 3>;
 
 /// Adds the nodes of a ball; `radius` is in spacings.
@@ -81,19 +116,40 @@ void add_ball(const LatticeShape& shape, const Place& middle, double radius, Nea
   }
 }
 
-/// Returns the lattice nodes within `radius` [m] of the loaded nodes.
-NearNodes nodes_about(const std::vector<LoadCase>& load_cases, const LatticeShape& shape,
+/// Returns the nodes within `radius` [m] of the loaded nodes.
+NearNodes nodes_about(const std::vector<LoadCase>& load_cases, const SpringNetwork& network,
                       double radius) {
-  NearNodes nodes{.near = std::vector<unsigned char>(static_cast<std::size_t>(shape.node_count())),
-                  .box = {.first = shape.nodes, .last = {0, 0, 0}}};
+  NearNodes nodes{.near =
+                      std::vector<unsigned char>(static_cast<std::size_t>(network.node_count()))};
   std::set<int> pushed;
   for (const LoadCase& push : load_cases) {
     for (const NeedlePath::Support& support : push.on) { pushed.insert(support.node); }
   }
+  if (const std::optional<LatticeShape>& shape = network.springs.lattice()) {
+    nodes.box = {.first = shape->nodes, .last = {0, 0, 0}};
+    for (const int node : pushed) {
+      add_ball(*shape, shape->place(node), radius / shape->spacing, nodes);
+    }
+    return nodes;
+  }
+  const double most = radius * radius * (1.0 + 1e-9);
   for (const int node : pushed) {
-    add_ball(shape, shape.place(node), radius / shape.spacing, nodes);
+    const auto apart = network.rest_position.colwise() - network.rest_position.col(node);
+    for (Eigen::Index other = 0; other < network.node_count(); ++other) {
+      if (apart.col(other).squaredNorm() <= most) {
+        nodes.near[static_cast<std::size_t>(other)] = 1;
+      }
+    }
   }
   return nodes;
+}
+
+/// Returns true if a spring has another length at rest than its natural one.
+bool is_stretched_at_rest(const SpringNetwork& network) {
+  return std::ranges::any_of(network.springs, [&](const Spring& s) {
+    const double length = (network.rest_position.col(s.b) - network.rest_position.col(s.a)).norm();
+    return std::abs(length - s.rest_length) > 1e-9 * s.rest_length;
+  });
 }
 
 /// Returns the reason why the tissue cannot be reduced, or null.
@@ -108,6 +164,11 @@ const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& prob
     return "the tissue does not begin at rest";
   }
   if (scene.simulation.printed.any()) { return "the printed equations are not linear about rest"; }
+  if (network.springs.lattice()) { return nullptr; }
+  if (problem.free_nodes().size() > most_factorised_nodes) {
+    return "it is not a regular lattice and has more than 5000 free nodes";
+  }
+  if (is_stretched_at_rest(network)) { return "its springs are not at their natural length"; }
   return nullptr;
 }
 
@@ -117,13 +178,11 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   if (const char* obstacle = obstacle_to_far_field(scene, problem)) {
     return {.obstacle = obstacle};
   }
-  const std::optional<LatticeShape>& shape = problem.network().springs.lattice();
-  if (!shape) { return {.obstacle = "only a regular lattice can"}; }
   const std::vector<LoadCase> load_cases = load_cases_of(scene, problem);
   if (load_cases.empty()) {
     return {.obstacle = "neither tool nor load pushes a free node that the rest would be far from"};
   }
-  NearNodes nodes = nodes_about(load_cases, *shape, scene.simulation.near_radius);
+  NearNodes nodes = nodes_about(load_cases, problem.network(), scene.simulation.near_radius);
   const auto is_far = [&](int node) { return !nodes.holds(node); };
   const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
   if (far == 0) { return {.obstacle = "no free node lies further away"}; }
@@ -335,7 +394,6 @@ void GradedLattice::add_volumes(std::vector<CellStiffness>& cells) const {
   }
 }
 
-/// Returns the lower half of the stiffness matrix.
 Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
   std::vector<Eigen::Triplet<double>> entries;
   for (const CellStiffness& cell : element_stiffness()) {
@@ -368,7 +426,47 @@ Eigen::VectorXd GradedLattice::mass() const {
   return mass;
 }
 
-GradedLattice::Statics::Statics(const GradedLattice& lattice) : factors_(lattice.stiffness()) {
+namespace {
+
+/// Adds k g g^T over the free nodes of a part, g being its gradient at each.
+template <std::size_t count>
+void add_part(const NetworkProblem& problem, double k, const std::array<int, count>& nodes,
+              const std::array<Eigen::Vector3d, count>& gradient,
+              std::vector<Eigen::Triplet<double>>& entries) {
+  for (std::size_t row = 0; row < 3 * count; ++row) {
+    for (std::size_t column = 0; column < 3 * count; ++column) {
+      const Eigen::Index r = problem.coordinate(nodes[row / 3]);
+      const Eigen::Index c = problem.coordinate(nodes[column / 3]);
+      const auto at_row = static_cast<Eigen::Index>(row % 3);
+      const auto at_column = static_cast<Eigen::Index>(column % 3);
+      if (r < 0 || c < 0 || r + at_row < c + at_column) { continue; }
+      entries.emplace_back(static_cast<int>(r + at_row), static_cast<int>(c + at_column),
+                           k * gradient[row / 3](at_row) * gradient[column / 3](at_column));
+    }
+  }
+}
+
+}  // namespace
+
+Eigen::SparseMatrix<double> EveryNode::stiffness() const {
+  const SpringNetwork& network = problem_.network();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const Spring& s : network.springs) {
+    const Eigen::Vector3d u =
+        (network.rest_position.col(s.b) - network.rest_position.col(s.a)).normalized();
+    add_part<2>(problem_, s.stiffness, {s.a, s.b}, {-u, u}, entries);
+  }
+  for (const VolumeCell& cell : network.cells) {
+    if (cell.stiffness == 0.0) { continue; }
+    add_part<8>(problem_, cell.stiffness * cell.volume, cell.nodes, volume_gradient(network, cell),
+                entries);
+  }
+  Eigen::SparseMatrix<double> k(dof(), dof());
+  k.setFromTriplets(entries.begin(), entries.end());
+  return k;
+}
+
+StaticSolver::StaticSolver(const Eigen::SparseMatrix<double>& stiffness) : factors_(stiffness) {
   const auto is_held = [&] {
     const Eigen::SparseMatrix<double> factor = factors_.matrixL();
     const auto pivots = factor.diagonal();
@@ -386,12 +484,13 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-/// Returns the loads on the coarse coordinates [N], one column each.
-MatrixXd loads_of(const std::vector<LoadCase>& load_cases, const GradedLattice& graded) {
-  MatrixXd loads = MatrixXd::Zero(graded.dof(), static_cast<Index>(load_cases.size()));
+/// Returns the loads on the coordinates of a model [N], one column each.
+template <class Model>
+MatrixXd loads_of(const std::vector<LoadCase>& load_cases, const Model& model) {
+  MatrixXd loads = MatrixXd::Zero(model.dof(), static_cast<Index>(load_cases.size()));
   for (std::size_t n = 0; n < load_cases.size(); ++n) {
     for (const NeedlePath::Support& support : load_cases[n].on) {
-      const Index at = graded.coordinate(support.node);
+      const Index at = model.coordinate(support.node);
       if (at >= 0) {
         loads.col(static_cast<Index>(n)).segment<3>(at) += support.weight * load_cases[n].direction;
       }
@@ -428,12 +527,12 @@ MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixX
 
 /// Returns the static responses to the load cases, then to the inertia of these responses, and so
 /// on up to `most` columns.
-MatrixXd responses(const std::vector<LoadCase>& load_cases, const GradedLattice& graded,
-                   Index most) {
-  const GradedLattice::Statics statics(graded);
-  const VectorXd mass = graded.mass();
-  MatrixXd basis(graded.dof(), 0);
-  for (MatrixXd loads = loads_of(load_cases, graded); loads.cols() > 0 && basis.cols() < most;) {
+template <class Model>
+MatrixXd responses(const std::vector<LoadCase>& load_cases, const Model& model, Index most) {
+  const StaticSolver statics(model.stiffness());
+  const VectorXd mass = model.mass();
+  MatrixXd basis(model.dof(), 0);
+  for (MatrixXd loads = loads_of(load_cases, model); loads.cols() > 0 && basis.cols() < most;) {
     const Index left = most - basis.cols();
     if (left < loads.cols()) { loads = (loads * random_matrix(loads.cols(), left)).eval(); }
     loads = mass.asDiagonal() * add_orthogonal(mass, statics.respond(loads), most, basis);
@@ -455,22 +554,23 @@ MatrixXd independent(const MatrixXd& a) {
          modes.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-/// Returns the columns of the far nodes with the displacements of `response`, which has coarse
-/// coordinates.
-ModeBasis far_part(const NetworkProblem& problem, const NearNodes& near,
-                   const GradedLattice& graded, const MatrixXd& response) {
+/// Returns the columns of the far nodes with the static responses of a model of the tissue.
+template <class Model>
+ModeBasis far_part(const NetworkProblem& problem, const ReductionSetting& setting,
+                   const Model& model) {
+  const MatrixXd response = responses(setting.load_cases, model, setting.modes).transpose();
   ModeBasis shapes;
   shapes.column.assign(static_cast<std::size_t>(problem.network().node_count()), -1);
   std::ptrdiff_t columns = 0;
   for (const int node : problem.free_nodes()) {
-    if (near.holds(node)) { continue; }
+    if (setting.near.holds(node)) { continue; }
     shapes.column[static_cast<std::size_t>(node)] = columns;
     columns += 3;
   }
   shapes.phi = MatrixXd::Zero(response.rows(), columns);
   for (const int node : problem.free_nodes()) {
     if (!shapes.holds(node)) { continue; }
-    const GradedLattice::Place place = graded.place_of(node);
+    const auto place = model.place_of(node);
     for (std::size_t c = 0; c < place.weight.size(); ++c) {
       if (place.coordinate[c] < 0) { continue; }
       shapes.phi.middleCols<3>(shapes.column[static_cast<std::size_t>(node)]) +=
@@ -501,11 +601,12 @@ void share_out_mass(const SpringNetwork& network, ModeBasis& shapes) {
 
 }  // namespace
 
-ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
-                     const ReductionSetting& setting) {
-  const GradedLattice graded(problem, shape, setting.near.box);
-  const MatrixXd response = responses(setting.load_cases, graded, setting.modes).transpose();
-  ModeBasis shapes = far_part(problem, setting.near, graded, response);
+ModeBasis mode_basis(const NetworkProblem& problem, const ReductionSetting& setting) {
+  const std::optional<LatticeShape>& shape = problem.network().springs.lattice();
+  const bool many = problem.free_nodes().size() > most_factorised_nodes;
+  ModeBasis shapes =
+      many ? far_part(problem, setting, GradedLattice(problem, shape.value(), setting.near.box))
+           : far_part(problem, setting, EveryNode(problem));
   share_out_mass(problem.network(), shapes);
   if (shapes.modes() == 0) { return shapes; }  // the loads do not displace the far tissue
   GramSum stiffness(shapes.modes());

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// Load cases of a scene, the choice of near nodes, and the modes that represent the far nodes of a
-/// lattice.
+/// Load cases of a scene, the choice of near nodes, and the modes that represent the far nodes.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
@@ -68,20 +67,8 @@ class GradedLattice {
   /// Returns the mass per coarse coordinate, lumped from the nodes around it [kg].
   [[nodiscard]] Eigen::VectorXd mass() const;
 
-  class Statics {
-   public:
-    /// Factorises the stiffness matrix. Throws std::invalid_argument if the lattice has no fixed
-    /// node.
-    explicit Statics(const GradedLattice& lattice);
-    /// Returns the static displacements X from K X = F, one column per load, in coarse coordinates.
-    /// K is linearised about the rest state.
-    [[nodiscard]] Eigen::MatrixXd respond(const Eigen::MatrixXd& loads) const {
-      return factors_.solve(loads);
-    }
-
-   private:
-    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors_;
-  };
+  /// Returns the lower half of the stiffness matrix, linear about rest [N/m].
+  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const;
 
  private:
   using Axis = std::vector<int>;  ///< positions of the coarse nodes along one axis
@@ -98,7 +85,6 @@ class GradedLattice {
   [[nodiscard]] std::vector<CellStiffness> element_stiffness() const;
   void add_volumes(std::vector<CellStiffness>& cells) const;
   [[nodiscard]] std::size_t number_of(const Cell& cell) const;
-  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const;
 
   const NetworkProblem& problem_;
   LatticeShape shape_;
@@ -109,11 +95,46 @@ class GradedLattice {
   Eigen::Index dof_ = 0;
 };
 
-/// Set of lattice nodes that are integrated in full; the rest is represented by the reduced-order
-/// model.
+/// All nodes of a network in place of a coarse model; the members are those of GradedLattice.
+class EveryNode {
+ public:
+  struct Place {
+    std::array<Eigen::Index, 1> coordinate{};
+    std::array<double, 1> weight{};
+  };
+
+  explicit EveryNode(const NetworkProblem& problem) : problem_(problem) {}
+  [[nodiscard]] Eigen::Index dof() const { return problem_.dof(); }
+  [[nodiscard]] Eigen::Index coordinate(int node) const { return problem_.coordinate(node); }
+  [[nodiscard]] Place place_of(int node) const {
+    const Eigen::Index at = coordinate(node);
+    return {{at}, {at < 0 ? 0.0 : 1.0}};
+  }
+  [[nodiscard]] const Eigen::VectorXd& mass() const { return problem_.mass(); }
+  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const;
+
+ private:
+  const NetworkProblem& problem_;
+};
+
+/// Static displacements X from K X = F, one column per load.
+class StaticSolver {
+ public:
+  /// Factorises K, given by its lower half. Throws std::invalid_argument if the tissue can move
+  /// without a force.
+  explicit StaticSolver(const Eigen::SparseMatrix<double>& stiffness);
+  [[nodiscard]] Eigen::MatrixXd respond(const Eigen::MatrixXd& loads) const {
+    return factors_.solve(loads);
+  }
+
+ private:
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors_;
+};
+
+/// Set of nodes that are integrated in full; the rest is represented by the reduced-order model.
 struct NearNodes {
   std::vector<unsigned char> near{};  ///< 1 for each near node
-  LatticeBox box{};                   ///< bounding box of the near nodes
+  LatticeBox box{};                   ///< bounding box of the near nodes of a regular lattice
   [[nodiscard]] bool holds(int node) const { return near[static_cast<std::size_t>(node)] != 0; }
 };
 
@@ -123,7 +144,7 @@ struct NearChoice {
   const char* obstacle = "";  ///< reason why no reduced-order model is possible
 };
 
-/// Returns all lattice nodes within simulation.near_radius of the nodes that the scene loads.
+/// Returns all nodes within simulation.near_radius of the nodes that the scene loads.
 NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem);
 
 /// Settings of the reduced-order model (model/EQUATIONS.md, "Far field").
@@ -147,9 +168,7 @@ struct ModeBasis {
   }
 };
 
-/// Computes the mode basis. `shape` is the lattice of the problem's network.
-ModeBasis mode_basis(const NetworkProblem& problem, const LatticeShape& shape,
-                     const ReductionSetting& setting);
+ModeBasis mode_basis(const NetworkProblem& problem, const ReductionSetting& setting);
 
 // Springs and cells with at least one far node, and sums over them.
 

@@ -324,10 +324,9 @@ template <class Real> class ReducedModel {
 struct NearAndFar {
   NetworkProblem near;  ///< problem with the far nodes fixed and without their springs
   ModeBasis shapes;
-  /// Builds both. The lattice must be at rest at its natural lengths, without weight, and loaded at
+  /// Builds both. The tissue must be at rest at its natural lengths, without weight, and loaded at
   /// near nodes only.
   static NearAndFar of(const NetworkProblem& problem, const ReductionSetting& setting) {
-    const LatticeShape shape = problem.network().springs.lattice().value();
     SpringNetwork near = problem.network();
     const auto is_far = [&](int node) { return !near.is_fixed(node) && !setting.near.holds(node); };
     near.springs.edit([&](std::vector<Spring>& springs) {
@@ -336,10 +335,10 @@ struct NearAndFar {
     });
     std::erase_if(near.cells,
                   [&](const VolumeCell& cell) { return std::ranges::any_of(cell.nodes, is_far); });
-    for (int node = 0; node < shape.node_count(); ++node) {
+    for (int node = 0; node < near.node_count(); ++node) {
       if (!setting.near.holds(node)) { near.fixed[static_cast<std::size_t>(node)] = 1; }
     }
-    return {NetworkProblem(std::move(near), problem.loads()), mode_basis(problem, shape, setting)};
+    return {NetworkProblem(std::move(near), problem.loads()), mode_basis(problem, setting)};
   }
 };
 

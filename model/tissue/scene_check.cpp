@@ -198,10 +198,6 @@ void check_path(const Scene& scene, const Probe& probe, bool sound, Rules& rules
   rules.must(known, "probe.path",
              "given for a tissue without materials on a grid; needs a lattice with weights = "
              "\"cell\", layers, a mesh or an image");
-  rules.must(scene.simulation.near_radius == 0.0, "simulation.near_radius",
-             number_in_words(scene.simulation.near_radius) +
-                 " m; must be 0 with probe.path: the reduced-order model has no response to a "
-                 "force that moves");
   if (!sound || !known) { return; }
   const std::optional<NodeGrid> grid = sound_grid(scene, rules);
   for (std::size_t n = 0; n < path.size(); ++n) {

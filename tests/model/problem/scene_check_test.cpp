@@ -326,8 +326,6 @@ TEST("the path of a probe ascends in time and stays on the skin") {
           [](Scene& s) { (*s.probe->path)[0].y() = std::nan(""); });
   refuses(scene, "probe.path[1]", "all of its size",
           [](Scene& s) { (*s.probe->path)[1].z() = 0.016; });
-  refuses(scene, "simulation.near_radius", "must be 0 with probe.path",
-          [](Scene& s) { s.simulation.near_radius = 0.01; });
   refuses(scene, "probe.path", "without materials on a grid",
           [](Scene& s) { s.tissue.lattice.weights = LatticeWeights::uniform; });
 }

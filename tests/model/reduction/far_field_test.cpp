@@ -293,6 +293,71 @@ TEST("a needle in a reduced block feels what it feels in the whole one") {
   }
 }
 
+TEST("tissue that is no regular lattice has a far field, which is exact for its load cases") {
+  const Setting setting(11, 0.45);
+  SpringNetwork cut = setting.problem().network();
+  const LatticeShape shape = setting.shape();
+  const auto is_gone = [&](int node) {
+    const auto place = shape.place(node);
+    return place[0] + place[1] < 5;
+  };
+  std::vector<Spring> springs = cut.springs.listed();
+  std::erase_if(springs, [&](const Spring& s) { return is_gone(s.a) || is_gone(s.b); });
+  cut.springs = SpringList(springs, std::nullopt);
+  std::erase_if(cut.cells,
+                [&](const VolumeCell& cell) { return std::ranges::any_of(cell.nodes, is_gone); });
+  for (int node = 0; node < cut.node_count(); ++node) {
+    if (is_gone(node)) { cut.fixed[static_cast<std::size_t>(node)] = 1; }
+  }
+  const NetworkProblem problem(std::move(cut), {});
+  REQUIRE(!problem.network().springs.lattice());
+  Scene scene = setting.scene;
+  scene.simulation.near_radius = 0.011;
+  const NearChoice choice = choose_near_nodes(scene, problem);
+  REQUIRE(choice.nodes.has_value());
+  const ReductionSetting near{
+      .near = *choice.nodes, .load_cases = load_cases_of(scene, problem), .modes = 40};
+  const auto owner = make_reduced_network<double>(problem, near);
+  CHECK(owner->dof() < 2 * problem.dof() / 3);
+  const Statics of_whole = statics_of(problem);
+  const Statics of_reduced = statics_of(*owner);
+  for (const LoadCase& load : near.load_cases) {
+    VectorXd on_whole = VectorXd::Zero(problem.dof());
+    VectorXd on_reduced = VectorXd::Zero(owner->dof());
+    for (const NeedlePath::Support& s : load.on) {
+      const Eigen::Index own = owner->layout().first[static_cast<std::size_t>(s.node)];
+      on_whole.segment<3>(problem.coordinate(s.node)) += s.weight * load.direction;
+      on_reduced.segment<3>(own) += s.weight * load.direction;
+    }
+    const double whole = on_whole.dot(of_whole.solve(on_whole));
+    CHECK_NEAR(on_reduced.dot(of_reduced.solve(on_reduced)), whole, 1e-5 * whole);
+  }
+}
+
+TEST("tissue with more nodes than are factorised has its modes from a coarser lattice") {
+  const Setting setting(41);
+  CHECK(setting.problem().free_nodes().size() > 5000);
+  const ReductionError error(setting.problem(), setting.leaving(40), Vector3d::UnitZ());
+  CHECK(error.linear() < 0.02);  // 2 % is what a force may be off
+  CHECK(error.linear() > 1e-6);  // not those of every node
+}
+
+TEST("a probe that slides over a reduced block feels what it feels on the whole one") {
+  const auto forces = [](double near_radius) {
+    Scene scene = scene_of(15, near_radius);
+    scene.needle.reset();
+    scene.probe =
+        Probe{.size = {0.008, 0.012}, .path = {{{0.05, -0.012, 0.002}, {0.35, 0.012, -0.004}}}};
+    scene.drive = Drive{.speed = 0.02, .depth = 0.001};
+    scene.simulation.duration = 0.4;
+    scene.simulation.far_modes = 24;
+    return forces_of(scene);
+  };
+  const VectorXd whole = forces(0.0);
+  CHECK(whole.maxCoeff() > 0.1);
+  CHECK_NEAR(forces(0.011), whole, 0.02 * whole.maxCoeff());
+}
+
 TEST("nodes of a far field have their positions in the output") {
   Scene exact = scene_of(11, 0.0);
   exact.simulation.solver_tolerance = 0.0;
@@ -489,7 +554,7 @@ TEST("tissue fixed at a single node has no static response") {
   const NetworkProblem turning(hung, problem.loads());
   const GradedLattice graded(turning, hung.springs.lattice().value(),
                              {.first = {2, 2, 6}, .last = {6, 6, 8}});
-  CHECK_THROWS((void)GradedLattice::Statics(graded), "nothing holds the tissue");
+  CHECK_THROWS((void)StaticSolver(graded.stiffness()), "nothing holds the tissue");
 }
 
 }  // namespace
