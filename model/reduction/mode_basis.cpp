@@ -85,9 +85,6 @@ std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network)
 
 namespace {
 
-/// Number of free nodes up to which the modes come from the stiffness matrix of every node.
-constexpr std::size_t most_factorised_nodes = 5000;
-
 using Place = std::array<int, 3>;
 
 /// Adds the nodes of a ball; `radius` is in spacings.

@@ -18,6 +18,9 @@
 
 namespace palpate {
 
+/// Number of free nodes up to which the stiffness matrix of every node is factorised.
+inline constexpr std::size_t most_factorised_nodes = 5000;
+
 /// Force of unit magnitude that a scene can apply to its tissue.
 struct LoadCase {
   std::vector<NeedlePath::Support> on{};  ///< free nodes, each with its share of the force

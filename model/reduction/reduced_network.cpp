@@ -469,7 +469,7 @@ double energy_left(const SpringNetwork& network, NodeVectors r) {
 
 ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSetting& setting,
                                const Vector3d& direction)
-    : network_(problem.network()) {
+    : problem_(problem), network_(problem.network()), direction_(direction) {
   ReducedNetwork<double> reduced(problem, NearAndFar::of(problem, setting));
   Eigen::SparseMatrix<double> a;
   reduced.pattern(a);
@@ -495,7 +495,8 @@ ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSet
       left.col(s.node) += s.weight * load.direction;
     }
     const VectorXd moved = statics.solve(force);
-    Response response{.moved = NodeVectors(3, network_.node_count()),
+    Response response{.load = load,
+                      .moved = NodeVectors(3, network_.node_count()),
                       .compliance = moved.dot(force)};
     for (int node = 0; node < network_.node_count(); ++node) {
       const Index first = reduced.layout().first[static_cast<std::size_t>(node)];
@@ -509,9 +510,19 @@ ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSet
   }
 }
 
-NodeVectors ReductionError::excess_of_cells(const NodeVectors& position) const {
-  const NodeVectors displacement = position - network_.rest_position;
+NodeVectors ReductionError::excess(const NodeVectors& position) const {
+  constexpr SpringTerms elastic{.viscous = false};
   NodeVectors excess = NodeVectors::Zero(3, network_.node_count());
+  for (const Spring& s : far_springs_) {
+    const Vector3d rest = network_.rest_position.col(s.b) - network_.rest_position.col(s.a);
+    const Vector3d now = position.col(s.b) - position.col(s.a);
+    const Vector3d u = rest.normalized();
+    const double tension = SpringTension<elastic>::of(numbers_of<double>(s), now.norm(), 0.0);
+    const Vector3d pull = tension * now.normalized() - s.stiffness * u.dot(now - rest) * u;
+    excess.col(s.a) += pull;
+    excess.col(s.b) -= pull;
+  }
+  const NodeVectors displacement = position - network_.rest_position;
   for (const VolumeCell& cell : far_cells_) {
     Corners<double> x;
     for (std::size_t n = 0; n < 8; ++n) {
@@ -528,30 +539,69 @@ NodeVectors ReductionError::excess_of_cells(const NodeVectors& position) const {
   return excess;
 }
 
-double ReductionError::nonlinear(const NodeVectors& position) const {
-  constexpr SpringTerms elastic{.viscous = false};
-  VectorXd work = VectorXd::Zero(std::ssize(responses_));
-  for (const Spring& s : far_springs_) {
-    const Vector3d rest = network_.rest_position.col(s.b) - network_.rest_position.col(s.a);
-    const Vector3d now = position.col(s.b) - position.col(s.a);
-    const Vector3d u = rest.normalized();
-    const double tension = SpringTension<elastic>::of(numbers_of<double>(s), now.norm(), 0.0);
-    const Vector3d excess = tension * now.normalized() - s.stiffness * u.dot(now - rest) * u;
-    for (Index n = 0; n < work.size(); ++n) {
-      const NodeVectors& moved = responses_[static_cast<std::size_t>(n)].moved;
-      work(n) += excess.dot(moved.col(s.a) - moved.col(s.b));
+std::vector<const ReductionError::Response*> ReductionError::around(
+    std::optional<double> tip, const NodeVectors& position) const {
+  std::vector<double> place;
+  for (const Response& response : responses_) {
+    double sum = 0.0;
+    double weight = 0.0;
+    for (const NeedlePath::Support& support : response.load.on) {
+      sum += support.weight * direction_.dot(position.col(support.node));
+      weight += support.weight;
     }
+    place.push_back(sum / weight);
   }
-  if (!far_cells_.empty()) {
-    const NodeVectors excess = excess_of_cells(position);
-    for (Index n = 0; n < work.size(); ++n) {
-      work(n) += excess.cwiseProduct(responses_[static_cast<std::size_t>(n)].moved).sum();
+  double before = -std::numeric_limits<double>::infinity();
+  double after = std::numeric_limits<double>::infinity();
+  for (const double each : place) {
+    if (each <= tip) { before = std::max(before, each); }
+    if (each >= tip) { after = std::min(after, each); }
+  }
+  std::vector<const Response*> counts;
+  for (std::size_t n = 0; n < place.size(); ++n) {
+    if (!tip || place[n] == before || place[n] == after) { counts.push_back(&responses_[n]); }
+  }
+  return counts;
+}
+
+double ReductionError::nonlinear(const NodeVectors& position, std::optional<double> tip) const {
+  const NodeVectors pull = excess(position);
+  double largest = 0.0;
+  for (const Response* response : around(tip, position)) {
+    largest = std::max(largest,
+                       std::abs(pull.cwiseProduct(response->moved).sum()) / response->compliance);
+  }
+  return largest;
+}
+
+double ReductionError::nonlinear_there(const NodeVectors& position,
+                                       std::optional<double> tip) const {
+  const double about_rest = nonlinear(position, tip);
+  if (problem_.free_nodes().size() > most_factorised_nodes) { return about_rest; }
+  const VectorXd still = VectorXd::Zero(problem_.dof());
+  const auto coordinates_of = [&](const NodeVectors& nodes) {
+    VectorXd all = still;
+    for (const int node : problem_.free_nodes()) {
+      all.segment<3>(problem_.coordinate(node)) = nodes.col(node);
     }
+    return all;
+  };
+  Eigen::SparseMatrix<double> stiffness;
+  Eigen::SparseMatrix<double> damping;
+  problem_.jacobian(coordinates_of(position), still, stiffness, damping);
+  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors(stiffness);
+  if (factors.info() != Eigen::Success) { return about_rest; }
+  const VectorXd pull = coordinates_of(excess(position));
+  double largest = 0.0;
+  for (const Response* response : around(tip, position)) {
+    VectorXd force = still;
+    for (const NeedlePath::Support& s : response->load.on) {
+      force.segment<3>(problem_.coordinate(s.node)) += s.weight * response->load.direction;
+    }
+    const VectorXd moved = factors.solve(force);
+    largest = std::max(largest, std::abs(pull.dot(moved)) / force.dot(moved));
   }
-  for (Index n = 0; n < work.size(); ++n) {
-    work(n) /= responses_[static_cast<std::size_t>(n)].compliance;
-  }
-  return work.size() == 0 ? 0.0 : work.cwiseAbs().maxCoeff();
+  return largest;
 }
 
 }  // namespace palpate

@@ -30,18 +30,31 @@ class ReductionError {
   /// from below.
   [[nodiscard]] double linear() const { return linear_; }
   /// Largest force [N] of the linear springs and cells in excess of the exact ones, felt where a
-  /// load case is held at its displacement; `position` has all nodes [m]. First order.
-  [[nodiscard]] double nonlinear(const NodeVectors& position) const;
+  /// load case is held at its displacement; `position` has all nodes [m]. First order about rest.
+  /// With `tip`, the place of a needle's tip along `direction` [m], only the contact points around
+  /// it count.
+  [[nodiscard]] double nonlinear(const NodeVectors& position,
+                                 std::optional<double> tip = std::nullopt) const;
+  /// The same to first order about `position`: it factorises the stiffness there. Returns
+  /// nonlinear() if the tissue has more than 5000 free nodes or is not stable there.
+  [[nodiscard]] double nonlinear_there(const NodeVectors& position,
+                                       std::optional<double> tip = std::nullopt) const;
 
  private:
   struct Response {
+    LoadCase load{};
     NodeVectors moved{};  ///< of all nodes under a unit force [m/N]
     double compliance = 0.0;
   };
-  /// Forces of the cells with far nodes less their linear ones [N].
-  [[nodiscard]] NodeVectors excess_of_cells(const NodeVectors& position) const;
+  /// Returns the responses of the contact points around a tip; all without one.
+  [[nodiscard]] std::vector<const Response*> around(std::optional<double> tip,
+                                                    const NodeVectors& position) const;
+  /// Forces of the springs and cells with far nodes less their linear ones [N].
+  [[nodiscard]] NodeVectors excess(const NodeVectors& position) const;
 
+  const NetworkProblem& problem_;
   const SpringNetwork& network_;
+  Eigen::Vector3d direction_;
   std::vector<Spring> far_springs_{};
   std::vector<VolumeCell> far_cells_{};
   std::vector<Response> responses_{};

@@ -295,17 +295,40 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
   if (!plan.far) { return; }
   const NetworkProblem& problem = *loaded.network();
   const bool tool = scene.needle || scene.probe;
-  const ReductionError error(
-      problem, *plan.far,
-      tool ? NeedlePath(scene, problem.network()).direction() : Eigen::Vector3d::Zero().eval());
+  std::optional<NeedlePath> path;
+  if (tool) { path.emplace(scene, problem.network()); }
+  const ReductionError error(problem, *plan.far,
+                             tool ? path->direction() : Eigen::Vector3d::Zero().eval());
   double peak = 0.0;
   for (const Load& load : problem.loads()) { peak = std::max(peak, load.force.norm()); }
   if (tool) { peak = std::ranges::max(trace.values("tool.force_n")); }
-  double force = 0.0;
+  struct Moment {
+    const NodeVectors* position = nullptr;
+    std::optional<double> tip{};
+    double force = 0.0;  ///< to first order about rest [N]
+  };
+  std::vector<Moment> moments;
   for (const Frames* frames : {&trace.frames, &trace.keyframes}) {
-    for (const NodeVectors& position : frames->position) {
-      force = std::max(force, error.nonlinear(position));
+    for (std::size_t n = 0; n < frames->time.size(); ++n) {
+      Moment moment{.position = &frames->position[n]};
+      if (scene.needle) {
+        const auto row = row_at(trace, frames->time[n]);
+        // Where the tip cuts or is in the air, its force does not depend on the tissue's.
+        if (trace.values("tool.stiffness_n")[row] == 0.0) { continue; }
+        moment.tip = path->direction().dot(path->origin()) + trace.values("tool.insertion_m")[row];
+      }
+      moment.force = error.nonlinear(*moment.position, moment.tip);
+      moments.push_back(moment);
     }
+  }
+  constexpr double accepted = 0.02;
+  std::ranges::sort(moments, std::greater{}, &Moment::force);
+  double force = 0.0;
+  for (const Moment& moment : moments) {
+    if (moment.force <= force) { break; }
+    const bool large = moment.force > 0.5 * accepted * peak;
+    force =
+        std::max(force, large ? error.nonlinear_there(*moment.position, moment.tip) : moment.force);
   }
   const double nonlinear = peak > 0.0 ? force / peak : 0.0;
   // The force of a needle depends on the compliance only where it neither cuts nor slides.
@@ -320,7 +343,6 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
   source.estimate =
       percent(modes) + " by too few modes, " + percent(nonlinear) +
       " by springs beyond simulation.near_radius that are stretched too far to be linear";
-  constexpr double accepted = 0.02;
   if (*source.share <= accepted) { return; }
   warnings.push_back("the reduced-order model changes the force by about " +
                      percent(*source.share) + ": " + source.estimate +

@@ -441,7 +441,9 @@ TEST("more modes bring the pulled node nearer, up to the nonlinear part, which f
   CHECK_NEAR(error_of_far_field(gentle), 0.1 * at_full_load, 0.02 * at_full_load);
 }
 
-TEST("the force that linear springs add is estimated to a third where they are nearly linear") {
+TEST(
+    "the force that linear springs add is estimated to a third about rest, and closer where they "
+    "are") {
   Scene scene = pulled_cube(0.025, 24);
   scene.loads.front().force *= 3.0;
   scene.simulation.duration = 4.0;  // then at rest
@@ -461,7 +463,31 @@ TEST("the force that linear springs add is estimated to a third where they are n
   CHECK(error > 10.0 * estimate.linear());
   CHECK_NEAR(estimate.nonlinear(reduced.node_positions()) / scene.loads.front().force.norm(), error,
              0.33 * error);
+  CHECK_NEAR(estimate.nonlinear_there(reduced.node_positions()) / scene.loads.front().force.norm(),
+             error, 0.15 * error);
   CHECK_NEAR(estimate.nonlinear(problem.network().rest_position), 0.0, 1e-12);
+  CHECK_NEAR(estimate.nonlinear_there(problem.network().rest_position), 0.0, 1e-12);
+}
+
+TEST("the force that linear springs add to a needle is that at its tip") {
+  Scene scene = scene_of(11, 0.006);
+  scene.drive->depth = 0.002;  // the skin is not cut
+  Simulation run(scene);
+  while (run.ticks() < 40) { (void)run.tick(); }
+  const auto& problem = dynamic_cast<const NetworkProblem&>(run.problem());
+  const ReductionError estimate(problem, *run.plan().far, Vector3d::UnitZ());
+  const NodeVectors position = run.node_positions();
+  const double anywhere = estimate.nonlinear(position);
+  double largest = 0.0;
+  double least = anywhere;
+  for (double tip = -0.001; tip < 0.025; tip += 0.001) {
+    const double force = estimate.nonlinear(position, tip);
+    CHECK(force <= anywhere);
+    largest = std::max(largest, force);
+    least = std::min(least, force);
+  }
+  CHECK_NEAR(largest, anywhere, 0.0);
+  CHECK(least < 0.5 * anywhere);
 }
 
 TEST("near is what lies within the radius of a pushed node, along every line") {

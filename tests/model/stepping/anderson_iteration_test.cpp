@@ -46,8 +46,8 @@ TEST("a linear system of n unknowns takes n + 1 steps, and the next with its mat
     for (const int most : {static_cast<int>(n) + 2, 3}) {
       const Vector right = Vector::NullaryExpr(n, [&] { return any(random); });
       Vector x = Vector::Zero(n);
-      CHECK(iterations(anderson, [&](const Vector& at) { return Vector(right - a * at); }, x) <=
-            most);
+      CHECK(iterations(
+                anderson, [&](const Vector& at) { return Vector(right - a * at); }, x) <= most);
       CHECK_NEAR((a * x - right).norm(), 0.0, 1e-9);
     }
   }
