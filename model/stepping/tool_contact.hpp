@@ -811,7 +811,9 @@ template <class Real> class ToolContact : public ToolState {
   }
   [[nodiscard]] bool may_hold_shaft() const noexcept {
     if (!(limit_ > 0.0 && contact_.shaft_shaft > 0.0)) { return false; }
-    if (tip_ != TipMode::stuck || (softness_ > 0.0 && !predict_)) { return true; }
+    // A tip on fixed nodes alone constrains nothing that the shaft could.
+    const bool constrains = tip_ == TipMode::stuck && contact_.tip_tip > 0.0;
+    if (!constrains || (softness_ > 0.0 && !predict_)) { return true; }
     const double product = contact_.tip_tip * contact_.shaft_shaft;
     return product - contact_.tip_shaft * contact_.tip_shaft > independent * product;
   }

@@ -359,6 +359,22 @@ double most_resistance(const Scene& scene, double depth) {
   return cutting + rubbing;
 }
 
+TEST("a shaft at rest keeps its friction while only fixed nodes support the tip") {
+  // The last node of the chain, at 20 mm, is fixed.
+  for (const int substeps : {1, 2, 4}) {
+    Scene scene = timed(chain_scene(), 1.6, 1e-3, "implicit-euler", substeps);
+    scene.drive = Drive{.speed = 0.02, .depth = 0.0202};
+    Insertion run(scene);
+    double before = 0.0;
+    run.run([&] {
+      const double force = run.tool.forces.total;
+      if (run.simulation.time() > 1.2) { CHECK_NEAR(force, before, 1e-6); }
+      before = force;
+    });
+    CHECK(before > 0.01);  // the shaft still holds the tissue down
+  }
+}
+
 TEST("in no step do tip and shaft exert more on the tool than cutting and friction allow") {
   Scene scene = stiff_scene(1e-3);
   scene.drive->rise = 0.02;  // sticking ends within a tick, with force to spare
