@@ -293,13 +293,38 @@ void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   }
 }
 
+/// Warns if a stiff first layer without a cell of its own is dented deeper than it is thick before
+/// it is cut. It then resists by the tension of a membrane (large deflection of a plate:
+/// S. Timoshenko, S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed. 1959, ch. 13), which
+/// neither such cells nor the linear compliance of the contact have.
+void warn_of_membrane(const NeedlePath& path, StepPlan& plan) {
+  const auto intervals = path.intervals();
+  if (intervals.size() < 2) { return; }
+  const PathInterval& skin = intervals[0];
+  const double thickness = (skin.end - skin.begin) * path.direction().z();
+  const double dent = plan.tip.continuum * std::max(skin.puncture_force, skin.cutting_force);
+  const bool stiff = skin.youngs_modulus > 10.0 * intervals[1].youngs_modulus;
+  if (!stiff || thickness >= plan.tip.spacing || !(dent > thickness) || !std::isfinite(dent)) {
+    return;
+  }
+  plan.warnings.push_back(skin.label + " (" + number(1e3 * thickness) + " mm) is dented by about " +
+                          number(1e3 * dent) +
+                          " mm before it is cut. From a dent of its thickness on, its tension "
+                          "stiffens it, which these cells do not show: the dent is too deep; a "
+                          "spacing of " +
+                          number(0.5 * thickness) + " m would show it");
+}
+
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool
 /// on the nodes of its contact points.
 void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
   const NeedlePath path(scene, problem.network());
   plan.tip = path.tip_compliance(scene, problem.network());
   TipCompliance& tip = plan.tip;
-  if (tip.spacing > 0.0) { warn_of_collapse(path, plan); }
+  if (tip.spacing > 0.0) {
+    warn_of_collapse(path, plan);
+    warn_of_membrane(path, plan);
+  }
   if (tip.excess > 0.05) {
     plan.warnings.push_back("the grid is softer under the tool than the continuum, by up to " +
                             number(100.0 * tip.excess) + " %, which is not corrected");

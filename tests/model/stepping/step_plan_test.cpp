@@ -69,6 +69,20 @@ TEST("a modulus below that of any tissue is warned of, because it was probably g
   CHECK(plan_of(scene).warnings.size() == warnings.size() - 1);
 }
 
+TEST("a thin skin that is dented deeper than it is thick is warned of") {
+  Scene scene = layered_scene();
+  scene.tissue.layers[0].thickness = 0.002;
+  scene.materials[0].youngs_modulus = 1.5e6;
+  scene.materials[0].cutting_force = 3.0;
+  scene.materials[1].youngs_modulus = 20e3;
+  CHECK(mentions(plan_of(scene).warnings, "skin (2 mm) is dented by about"));
+  scene.materials[0].cutting_force = 0.1;  // cut before the dent is as deep
+  CHECK(!mentions(plan_of(scene).warnings, "is dented by about"));
+  scene.materials[0].cutting_force = 3.0;
+  scene.materials[0].youngs_modulus = 9.0 * scene.materials[1].youngs_modulus;
+  CHECK(!mentions(plan_of(scene).warnings, "is dented by about"));
+}
+
 TEST("the number of substeps is the smallest that keeps the margin") {
   for (const char* name : {"euler-cromer", "leapfrog", "rk4", "velocity-verlet"}) {
     Scene scene = moving_scene(name);
