@@ -69,6 +69,7 @@
     for (let n = 0; n < first.length; n += 4) { colours.add(first[n] << 16 | first[n + 1] << 8 | first[n + 2]); }
     choose(find('colour'), 'tissue');  // so that only movement is seen, and that of the nodes
     if (find('show-tool')) { find('show-tool').click(); }
+    choose(find('enlarge'), 20);  // stiff tissue moves by less than a pixel
     mustChange('nodes over time', () => choose(frame, Math.floor(frame.max / 2)));
     if (find('time').textContent === '') { problems.push('no time is told'); }
     mustChange('colour by displacement', () => choose(find('colour'), 'displacement'));
