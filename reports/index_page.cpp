@@ -186,27 +186,14 @@ Status status_of(const IndexLine& line) {
 /// Lines of one folder, oldest first.
 using History = std::vector<IndexLine>;
 
-/// Lists what differs between the last two lines; run times and their counts are left out.
+/// Changes between the last two lines, after the name of the folder; empty without any.
 std::string changes_in(const History& history) {
   if (history.size() < 2) { return {}; }
-  const IndexLine& now = history.back();
-  const IndexLine& before = history[history.size() - 2];
-  std::string changes;
-  const auto append = [&](const std::string& change) {
-    changes += (changes.empty() ? "" : ", ") + change;
-  };
-  if (now.verdict != before.verdict) { append(now.verdict + ", before: " + before.verdict); }
-  if (now.title != before.title) {
-    append("another scene or other cases, before: " + before.title);
-    return now.folder + ": " + changes;
+  std::string text;
+  for (const std::string& change : changes_between(history[history.size() - 2], history.back())) {
+    text += (text.empty() ? history.back().folder + ": " : ", ") + change;
   }
-  for (const IndexValue& value : now.values) {
-    const IndexValue* was = value_named(before, value.name);
-    if (was == nullptr || value.timing || was->value == value.value) { continue; }
-    const int digits = std::max(3, digits_apart(was->value, value.value));
-    append(value.name + " " + shown(value, digits) + ", before: " + shown(*was, digits));
-  }
-  return changes.empty() ? changes : now.folder + ": " + changes;
+  return text;
 }
 
 Data index_row(const History& history) {
@@ -229,6 +216,33 @@ Data index_row(const History& history) {
 }
 
 }  // namespace
+
+std::vector<std::string> changes_between(const IndexLine& before, const IndexLine& now) {
+  std::vector<std::string> changes;
+  if (now.verdict != before.verdict) {
+    changes.push_back(now.verdict + ", before: " + before.verdict);
+  }
+  if (now.title != before.title) {
+    changes.push_back("another scene or other cases, before: " + before.title);
+    return changes;
+  }
+  for (const IndexValue& value : now.values) {
+    const IndexValue* was = value_named(before, value.name);
+    if (was == nullptr || value.timing || was->value == value.value) { continue; }
+    const int digits = std::max(3, digits_apart(was->value, value.value));
+    changes.push_back(value.name + " " + shown(value, digits) + ", before: " + shown(*was, digits));
+  }
+  return changes;
+}
+
+IndexLine index_line_of_run(const std::string& summary) {
+  const Json json = parse_json(summary);
+  return {.kind = "run",
+          .title = text_at(json, "title"),
+          .verdict = text_at(json, "status"),
+          .exit_code = is_ok(json) ? 0 : 1,
+          .values = run_values(json)};
+}
 
 IndexLine index_line_of(const fs::path& folder) {
   const ResultFile* newest = nullptr;

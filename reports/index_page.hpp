@@ -32,6 +32,14 @@ struct IndexLine {
 /// comparison.json or calibration.json, whichever is the newest. `kind` is empty if there is none.
 IndexLine index_line_of(const std::filesystem::path& folder);
 
+/// Result of a run from the text of its summary.json, without folder, date and command. Throws
+/// Json::exception if it is damaged.
+IndexLine index_line_of_run(const std::string& summary);
+
+/// Differences between two results of one folder: verdict, scene and values. Run times and their
+/// counts are left out.
+std::vector<std::string> changes_between(const IndexLine& before, const IndexLine& now);
+
 /// Reads a ledger, oldest line first. A missing file has no lines. Throws InputError with file and
 /// line if a line is damaged; a last line that was cut short is ignored.
 std::vector<IndexLine> read_index(const std::filesystem::path& ledger);

@@ -343,6 +343,14 @@ std::string to_html(const RunReport& report, const Trace& trace) {
                        .detail = report.detail},
             .provenance = report.provenance,
             .command = report.command};
+  if (report.changes) {
+    page.parts.emplace_back(Section{
+        .heading = "What changed since the last run",
+        .parts = {
+            report.changes->empty()
+                ? PagePart(Paragraph{"Nothing: verdict, forces, depth and pressure are equal."})
+                : PagePart(Notes{*report.changes})}});
+  }
   if (!report.trust.empty() || !report.warnings.empty()) {
     page.parts.emplace_back(Section{.heading = "How far to trust this",
                                     .parts = {report.trust, Notes{report.warnings}}});

@@ -37,6 +37,8 @@ struct RunReport {
   bool held = true;       ///< false: red banner
   std::string verdict{};  ///< verdict in one line
   std::string detail{};   ///< one sentence below the verdict
+  /// Differences from the last run in the same folder; absent if there was none.
+  std::optional<std::vector<std::string>> changes{};
   std::vector<Fact> facts{};
   std::vector<Figure> tool_figures{};  ///< figures shown after those of the trace
   std::vector<std::string> skipped{};

@@ -9,9 +9,9 @@ class ViewCamera {
     this.home();
     this.listen();
   }
-  // From the side of +y and above the skin, so that x goes right and a sagittal cut is seen.
+  // From above the skin and the side of +y, or of +x for a cut of constant x, so that the cut is seen.
   home() {
-    this.azimuth = 0.45;
+    this.azimuth = this.side === 0 ? Math.PI / 2 - 0.45 : 0.45;
     this.elevation = 0.42;
     this.distance = 2.1 * this.size;
     this.target = this.middle.slice();

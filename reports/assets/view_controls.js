@@ -5,9 +5,12 @@ class Controls {
     this.header = drawing.tissue.header;
     this.find = (name) => document.getElementById('view-' + name);
     const { grid, tool } = this.header;
+    const axis = this.tellingAxis();
+    camera.side = axis;
+    camera.home();
     this.state = {
       frame: this.header.peak, colour: tool && tool.shape === 'needle' ? 'tissue' : 'displacement',
-      axis: grid || tool ? 1 : -1, cut: this.header.cut, enlarged: this.header.enlargement,
+      axis: axis, cut: this.cutAlong(axis), enlarged: this.header.enlargement,
       body: grid, nodes: !grid, springs: !grid, lines: false, tool: true, skin: 1,
       opacity: this.header.labels.map(() => 1)
     };
@@ -20,7 +23,31 @@ class Controls {
     this.find('axis').addEventListener('change', (event) => this.setAxis(Number(event.target.value)));
     this.find('cut').addEventListener('input', (event) => this.set({ cut: Number(event.target.value) }));
     this.find('home').addEventListener('click', function () { camera.home(); camera.redraw(); });
-    this.setAxis(this.state.axis, this.state.cut);
+    this.setAxis(this.state.axis);
+  }
+  // The plane of the first picture: of constant y, or of constant x if that shows more kinds of tissue, such as the
+  // vertebrae that a needle passes between.
+  tellingAxis() {
+    const { grid, tool, labels, extent } = this.header;
+    if (!grid && !tool) { return -1; }
+    const { rest, label, count } = this.drawing.tissue;
+    const kinds = [0, 1].map((axis) => {
+      const seen = new Set(), cut = this.cutAlong(axis);
+      for (let n = 0; n < count; ++n) {
+        if (Math.abs(rest[3 * n + axis] - cut) < 0.02 * extent[axis]) { seen.add(label[n]); }
+      }
+      return seen.size;
+    });
+    return tool && labels.length > 1 && kinds[0] > kinds[1] ? 0 : 1;
+  }
+  // Where a cut along an axis lies open along the tool, or in the middle.
+  cutAlong(axis) {
+    const { tool, low, extent, frames, cut } = this.header;
+    if (axis === 1) { return cut; }
+    const seen = Math.max(0, axis);
+    if (!tool || axis === 2) { return low[seen] + extent[seen] / 2; }
+    const deepest = frames.reduce((most, frame) => Math.max(most, frame.place), 0);
+    return tool.origin[seen] + Math.min(0, deepest * tool.direction[seen]);
   }
   make(kind, about, parent) {
     const made = Object.assign(document.createElement(kind), about);
@@ -103,13 +130,13 @@ class Controls {
       if (this.state.frame >= last) { this.play(false); }
     }, 6000 / Math.max(1, last));
   }
-  setAxis(axis, at) {
+  setAxis(axis) {
     const slider = this.find('cut');
     const seen = Math.max(0, axis);
     const low = this.header.low[seen], extent = this.header.extent[seen];
     slider.min = low;
     slider.max = low + extent;
-    slider.value = at === undefined ? low + extent / 2 : at;
+    slider.value = this.cutAlong(axis);
     slider.disabled = axis < 0;
     this.find('axis').value = String(axis);
     this.set({ axis: axis, cut: Number(slider.value) });

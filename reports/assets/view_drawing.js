@@ -200,7 +200,7 @@ class Drawing {
     if (!this.sides.length) { return; }
     const rest = this.tissue.rest;
     const found = sidesOfCells(this.tissue, function (corners) {
-      return nothing || (rest[3 * corners[0] + axis] + rest[3 * corners[7] + axis]) / 2 <= state.cut;
+      return nothing || rest[3 * corners[7] + axis] <= at;  // no cell lies before the plane, and none hides the tool
     });
     this.sides.forEach(function (part) {
       part.geometry.setIndex(found.triangles[part.label]);

@@ -24,6 +24,7 @@
 #include "reports/cli/falcon_script.hpp"
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/html/html_page.hpp"
+#include "reports/index_page.hpp"
 #include "reports/plot/trace_figures.hpp"
 #include "reports/results/results_json.hpp"
 #include "reports/run_report.hpp"
@@ -602,6 +603,14 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
   return json_text(json, 2);
 }
 
+/// Result of the last run in a folder; absent without one, or if its summary.json cannot be read.
+std::optional<IndexLine> last_run_in(const std::filesystem::path& folder) {
+  constexpr std::size_t most_bytes = std::size_t{1} << 26;
+  try {
+    return index_line_of_run(io::read_text(folder / "summary.json", most_bytes));
+  } catch (const std::exception&) { return {}; }
+}
+
 std::vector<Fact> scene_facts(const LoadedScene& loaded) {
   const NetworkProblem* network = loaded.network();
   if (network == nullptr) { return {{"tissue", "one spring-mass-damper", ""}}; }
@@ -972,6 +981,7 @@ int run_scene(const RunOptions& options) {
   const device::falcon::FaultScript faults = faults_of(options);
   const std::filesystem::path folder = options.make_folder();
   keep_results_of_interrupted();
+  const std::optional<IndexLine> before = last_run_in(folder);
   // A run that is killed then leaves no summary of an earlier one beside its own trace.
   std::filesystem::remove(folder / "summary.json");
   SampleOptions samples{
@@ -1033,10 +1043,11 @@ int run_scene(const RunOptions& options) {
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
   const auto write = [&](bool refined) {
     const io::WholeWrite together;
-    io::replace_file(folder / "summary.json", summary_json(loaded, result, sources, refined));
-    io::replace_file(
-        folder / "report.html",
-        to_html(report_of(options, loaded, result, palpation, sources, provenance), result.trace));
+    const std::string summary = summary_json(loaded, result, sources, refined);
+    io::replace_file(folder / "summary.json", summary);
+    RunReport report = report_of(options, loaded, result, palpation, sources, provenance);
+    if (before) { report.changes = changes_between(*before, index_line_of_run(summary)); }
+    io::replace_file(folder / "report.html", to_html(report, result.trace));
   };
   write(false);
   bool finished = !result.trace.interrupted;

@@ -47,6 +47,13 @@ std::optional<ViewTool> tool_of(const Scene& scene, const SpringNetwork& network
   return tool;
 }
 
+/// Plane of constant y that hides no part of the tool's line: the smallest y between its entry and
+/// its deepest place.
+double nearest_cut(const ViewTool& tool, const Trace& trace) {
+  const double deepest = std::max(0.0, std::ranges::max(values_of(trace, "tool.insertion_m")));
+  return tool.origin.y() + std::min(0.0, deepest * tool.direction.y());
+}
+
 ViewFocus focus_of(const View& view, const SpringNetwork& network, const Trace& trace) {
   ViewFocus focus{.cut = view.cut};
   if (!view.tool) { return focus; }
@@ -139,15 +146,19 @@ int renumbered(int item, std::vector<int>& number, std::vector<int>& kept) {
   return own;
 }
 
+/// Returns whether a face is that of its cell towards -z.
+bool faces_up(const CellGrid& grid, const GridFace& face) {
+  return face.nodes[0] == grid.node_at(face.cell) &&
+         face.nodes[2] == grid.node_at({face.cell[0] + 1, face.cell[1] + 1, face.cell[2]});
+}
+
 /// Skin surface of a grid: cell faces towards -z.
 ViewSurface skin_of(const CellGrid& grid, const NodeVectors& rest) {
   ViewSurface skin{.label = "skin", .of_cells = true};
   std::vector<int> nodes;
   std::vector<int> vertex(grid.places().size(), -1);
   for (const GridFace& face : exposed_faces(grid)) {
-    const int above = grid.node_at(face.cell);
-    const int opposite = grid.node_at({face.cell[0] + 1, face.cell[1] + 1, face.cell[2]});
-    if (face.nodes[0] != above || face.nodes[2] != opposite) { continue; }
+    if (!faces_up(grid, face)) { continue; }
     std::array<int, 4> corner{};
     for (std::size_t n = 0; n < 4; ++n) { corner[n] = renumbered(face.nodes[n], vertex, nodes); }
     skin.triangles.push_back({corner[0], corner[1], corner[2]});
@@ -156,6 +167,34 @@ ViewSurface skin_of(const CellGrid& grid, const NodeVectors& rest) {
   for (const int node : nodes) { skin.vertices.push_back({{node, 1.0}}); }
   skin.rest = rest(Eigen::all, nodes);
   return skin;
+}
+
+/// Draws the upper nodes of a grid on the skin that shapes the layers. The cells below it have
+/// steps; the picture would show a gap between them and the skin.
+void attach_to_skin(View& view, const Skin& skin, const CellGrid& grid, const NodeVectors& rest,
+                    const std::vector<int>& number) {
+  constexpr double steps = 2.0;  // furthest node that is moved, in heights of its cell
+  double furthest = 0.0;
+  for (const GridFace& face : exposed_faces(grid)) {
+    const bool up = faces_up(grid, face);
+    const std::array<int, 8> corners = grid.corners(face.cell);
+    for (const int node : face.nodes) {
+      const int shown = number[static_cast<std::size_t>(node)];
+      if (shown < 0) { continue; }
+      const Eigen::Vector3d place = rest.col(node);
+      const std::optional<Skin::Stretch> beneath = skin.beneath(place.x(), place.y());
+      if (!beneath || !(up || place.z() < beneath->top)) { continue; }
+      const double height = rest(2, corners[7]) - rest(2, corners[0]);
+      const double way = std::abs(beneath->top - place.z());
+      if (way > steps * height) { continue; }
+      view.rest(2, shown) = beneath->top;
+      furthest = std::max(furthest, way);
+    }
+  }
+  if (furthest > 0.0) {
+    view.notes.push_back("the upper nodes are drawn on the skin, at most " +
+                         quantity(mm * furthest, "mm") + " from their place in the model");
+  }
 }
 
 void add_springs(View& view, const SpringNetwork& network, const std::vector<int>& number) {
@@ -203,13 +242,13 @@ std::vector<std::pair<double, const NodeVectors*>> instants_of(const ViewInput& 
   return instants;
 }
 
-/// Event text of a row.
+/// Events of a row, each with its layer.
 std::string happened_in(const Trace& trace, std::size_t row) {
-  const auto found = std::ranges::find(trace.text_columns, "tool.event", &TextColumn::name);
-  if (found == trace.text_columns.end()) { return {}; }
   std::string text;
-  for (const char c : found->values[row]) {
-    text += c == ';' ? std::string(", ") : std::string(1, c);
+  for (const Event& event : trace.events) {
+    if (row_at(trace, event.time) != row) { continue; }
+    text += (text.empty() ? "" : ", ") + in_words(event.kind) +
+            (event.detail.empty() ? "" : ": " + event.detail);
   }
   return text;
 }
@@ -223,7 +262,7 @@ void tell_forces(ViewFrame& frame, const ViewInput& input, const Eigen::Vector3d
     frame.applied = values_of(trace, "tool.applied_n")[row];
     frame.reaction = values_of(trace, "tool.force_n")[row];
     frame.layer = layer_in(trace, row);
-    frame.event = in_words(happened_in(trace, row));
+    frame.event = happened_in(trace, row);
   } else {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const Load& load : input.problem.loads()) {
@@ -253,7 +292,8 @@ void add_frames(View& view, const ViewInput& input, const ShownNodes& shown) {
 Eigen::AlignedBox3d around(const NodeGrid& grid) {
   Eigen::AlignedBox3d box(grid.first,
                           grid.place(grid.count[0] - 1, grid.count[1] - 1, grid.count[2] - 1));
-  const Eigen::Vector3d room = Eigen::Vector3d::Constant(0.5 * box.diagonal().maxCoeff());
+  constexpr double reach = 2.0;  // spacings, as of embed(): what lies further away does not move
+  const Eigen::Vector3d room = Eigen::Vector3d::Constant(reach * grid.spacing.maxCoeff());
   return {box.min() - room, box.max() + room};
 }
 
@@ -456,7 +496,7 @@ std::optional<View> make_view(const ViewInput& input) {
   if (input.trace.frames.position.empty() || network.node_count() == 0) { return std::nullopt; }
   View view{.tool = tool_of(input.scene, network)};
   const auto y = network.rest_position.row(1);
-  view.cut = view.tool ? view.tool->origin.y() : 0.5 * (y.minCoeff() + y.maxCoeff());
+  view.cut = view.tool ? nearest_cut(*view.tool, input.trace) : 0.5 * (y.minCoeff() + y.maxCoeff());
   std::vector<int> needed;
   for (const ViewSurface& surface : input.surfaces) {
     for (const auto& vertex : surface.vertices) {
@@ -487,6 +527,9 @@ std::optional<View> make_view(const ViewInput& input) {
   add_springs(view, network, number);
   add_frames(view, input, shown);
   if (view.frames.empty()) { return std::nullopt; }
+  if (input.scene.tissue.skin && input.scene.tissue.skin->shapes_layers() && shown.grid) {
+    attach_to_skin(view, *input.scene.tissue.skin, *shown.grid, network.rest_position, number);
+  }
   return view;
 }
 

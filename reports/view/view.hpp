@@ -108,7 +108,7 @@ std::optional<View> make_view(const ViewInput& input);
 
 inline constexpr std::size_t most_faces_shown = 60'000;
 
-/// Returns the skin faces around the tissue, up to half the tissue length on every side, with
+/// Returns the skin faces around the tissue, up to two spacings on every side, with
 /// vertices supported by tissue nodes. Returns nothing if there is no skin or too many faces; the
 /// latter adds a note.
 std::optional<ViewSurface> view_of_skin(const Scene& scene, std::vector<std::string>& notes);

@@ -38,7 +38,10 @@ expect() {  # expect TEXT WORDS: fails loudly
 "$palpate" run "$scenes/palpation.toml" --set simulation.duration=0.4 --out "$out/palpation" --quiet
 "$palpate" run "$scenes/cube.toml" --set simulation.duration=0.1 --out "$out/cube" --quiet
 "$palpate" run "$scenes/network-example/scene.toml" --out "$out/network" --quiet
-for scene in palpation cube network; do
+# A needle in layers, at its largest force; a hand drives the second with an emulated Falcon.
+"$palpate" run "$scenes/epidural.toml" --set simulation.duration=4 --set tissue.layers.nodes=[6,6] --out "$out/epidural" --quiet
+"$palpate" run "$scenes/falcon-soft.toml" --set simulation.duration=1.5 --out "$out/falcon" --quiet
+for scene in palpation cube network epidural falcon; do
   found=$(operate "$scene" "$out/$scene/report.html")
   echo "$scene: $found"
   expect "$found" "state=ready"

@@ -39,7 +39,29 @@
     const changed = apart(before, picture());
     if (changed < 20) { unchanged.push(what + ' (' + changed + ' pixels)'); }
   }
+  // Pixels that the tool takes in the picture.
+  function pixelsOfTool() {
+    const box = find('show-tool');
+    const shown = picture();
+    box.click();
+    const hidden = picture();
+    box.click();
+    return apart(shown, hidden);
+  }
+  // The share of the tool that is seen when the page opens: the cut lies open along it.
+  function judgeTool() {
+    if (!find('show-tool')) { return; }
+    const seen = pixelsOfTool();
+    const skin = document.querySelector('#view-layers input');
+    find('show-body').click();
+    choose(skin, 0);
+    const all = pixelsOfTool();
+    find('show-body').click();
+    choose(skin, 1);
+    if (all < 20 || seen < 0.75 * all) { unchanged.push('tool: ' + seen + ' of ' + all + ' pixels are seen'); }
+  }
   function operate() {
+    judgeTool();
     const frame = find('frame');
     choose(frame, 0);
     const first = picture();
@@ -47,6 +69,7 @@
     for (let n = 0; n < first.length; n += 4) { colours.add(first[n] << 16 | first[n + 1] << 8 | first[n + 2]); }
     choose(find('colour'), 'tissue');  // so that only movement is seen, and that of the nodes
     if (find('show-tool')) { find('show-tool').click(); }
+    choose(find('enlarge'), 20);  // stiff tissue moves by less than a pixel
     mustChange('nodes over time', () => choose(frame, Math.floor(frame.max / 2)));
     if (find('time').textContent === '') { problems.push('no time is told'); }
     mustChange('colour by displacement', () => choose(find('colour'), 'displacement'));

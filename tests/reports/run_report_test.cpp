@@ -51,6 +51,17 @@ TEST("the page makes no request, escapes what it shows and gives the same bytes 
   CHECK(html == to_html(report, moving_block()));
 }
 
+TEST("a page begins with what changed since the last run, and a first run has nothing to compare") {
+  RunReport report{.trust = {{"spacing", "3 %", ""}}};
+  CHECK_LACKS(to_html(report, moving_block()), "What changed");
+  report.changes = {"peak force 2 N, before: 1 N"};
+  const std::string html = to_html(report, moving_block());
+  CHECK_CONTAINS(html, "peak force 2 N, before: 1 N");
+  CHECK(html.find("What changed since the last run") < html.find("How far to trust this"));
+  report.changes = std::vector<std::string>{};
+  CHECK_CONTAINS(to_html(report, moving_block()), "Nothing: verdict");
+}
+
 // Synthetic trace of a needle through skin, ligament and epidural space and back: 1 mm per tick.
 
 std::string layer_at(double depth_mm) {

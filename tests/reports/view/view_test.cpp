@@ -326,11 +326,12 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
   const ViewSample sample = beneath_patch(40);
   std::vector<std::string> notes;
   const auto skin = view_of_skin(sample.scene, notes);
-  // 20 mm to either side, and the squares that intersect its border.
+  // 18 mm to either side: half the block and two spacings; and the squares that intersect the
+  // border.
   REQUIRE(skin);
   CHECK(!skin->of_cells);
-  CHECK(skin->triangles.size() >= 2 * 20 * 20);
-  CHECK(skin->triangles.size() <= 2 * 22 * 22);
+  CHECK(skin->triangles.size() >= 2 * 18 * 18);
+  CHECK(skin->triangles.size() <= 2 * 20 * 20);
   REQUIRE(notes.size() == 1);
   CHECK_CONTAINS(notes[0], " of 3200 faces of the skin are shown");
   for (std::size_t n = 0; n < skin->vertices.size(); ++n) {
@@ -346,6 +347,11 @@ TEST("the skin around the tissue is shown, and what lies within two spacings of 
   REQUIRE(view);
   CHECK(view->surfaces.size() == 1);
   CHECK(view->surfaces[0].vertices.size() == skin->vertices.size());
+  // The upper nodes are drawn on the skin, so that no gap is seen between them.
+  CHECK_NEAR(view->rest.row(2).minCoeff(), -0.004, 1e-12);
+  CHECK(std::ranges::any_of(view->notes, [](const std::string& note) {
+    return note.starts_with("the upper nodes are drawn on the skin, at most ");
+  }));
 }
 
 TEST("without a skin there is none to show, and one of too many faces is left out with a note") {
