@@ -256,8 +256,9 @@ IndexLine index_line_of(const fs::path& folder) {
   }
   if (newest == nullptr) { return {}; }
   const fs::path file = folder / newest->name;
+  const std::string text = io::read_text(file, most_bytes);
   try {
-    const Json json = parse_json(io::read_text(file, most_bytes));
+    const Json json = parse_json(text);
     IndexLine line{.folder = folder.filename().string(),
                    .kind = newest->kind,
                    .title = text_at(json, "title"),
@@ -268,7 +269,9 @@ IndexLine index_line_of(const fs::path& folder) {
                    .values = newest->values(json)};
     if (line.verdict.empty()) { line.verdict = text_at(json, "status"); }
     return line;
-  } catch (const Json::exception& e) { throw InputError(file.string() + ": " + e.what()); }
+  } catch (const std::exception& problem) {
+    throw json_trouble(file.string(), text, problem, "a file as palpate wrote it");
+  }
 }
 
 std::vector<IndexLine> read_index(const fs::path& ledger) {

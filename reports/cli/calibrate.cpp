@@ -228,7 +228,7 @@ void tell_notes(const std::vector<std::string>& warnings, const std::filesystem:
   for (const std::string& warning : warnings) {
     std::fprintf(stderr, "palpate: note: %s\n", io::printable(warning).c_str());
   }
-  std::printf("%s\n", (folder / "report.html").string().c_str());
+  std::printf("%s\n", io::printable((folder / "report.html").string()).c_str());
 }
 
 void tell(const CalibrationReport& report, const std::filesystem::path& folder,

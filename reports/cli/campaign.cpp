@@ -198,7 +198,7 @@ CampaignFile read_campaign(const fs::path& path) {
   const std::size_t seeds = std::max<std::size_t>(1, file.seeds.size());
   const std::size_t factors[] = {file.scenes.size(), file.patients.size(), seeds,
                                  file.subjects.size(), file.builds.size()};
-  std::size_t jobs = campaign::row_count(file.of.design);
+  std::size_t jobs = std::min(most_jobs + 1, campaign::row_count(file.of.design));
   for (const std::size_t factor : factors) { jobs = std::min(most_jobs + 1, jobs * factor); }
   if (jobs > most_jobs) {
     throw InputError(path.string() + ": has more than " + std::to_string(most_jobs) +
@@ -352,7 +352,7 @@ int run_plan(const PlanOptions& options) {
   io::replace_file(folder / "jobs.jsonl", jobs);
   io::replace_file(folder / "campaign.json", header_of(file, jobs).dump() + "\n");
   std::printf("%ld jobs; %s\n", static_cast<long>(std::ranges::count(jobs, '\n')),
-              (folder / "jobs.jsonl").string().c_str());
+              io::printable((folder / "jobs.jsonl").string()).c_str());
   return done;
 }
 
@@ -549,14 +549,22 @@ std::string job_line(const Json& job, bool exclusive) {
   return result.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+/// Parses a line of jobs.jsonl. `place` begins the message of an InputError.
+Json parsed_job(const std::string& job, const std::string& place) {
+  try {
+    return parse_json(job);
+  } catch (const std::exception& problem) {
+    throw json_trouble(place, job, problem, "a line of jobs.jsonl");
+  }
+}
+
 int run_job(const JobOptions& options) {
   if (options.code) {
     std::printf("%s\n", build::code_hash());
     return done;
   }
-  Json job;
+  const Json job = parsed_job(options.job, "JOB");
   try {
-    job = parse_json(options.job);
     std::printf("%s", job_line(job, options.exclusive).c_str());
   } catch (const nlohmann::json::exception& problem) {
     throw json_trouble("JOB", options.job, problem, "a line of jobs.jsonl");
@@ -603,6 +611,15 @@ std::string line_of_failure(const std::string& job, const timing::ChildEnd& end)
   return result.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+/// Returns the program of a job; empty: this one.
+std::string program_of(const std::string& job, const fs::path& file) {
+  const Json json = parsed_job(job, file.string());
+  if (!json.contains("program") || !json["program"].is_string()) {
+    io::refuse_file(file, "a job names no program; a file as palpate campaign plan wrote it");
+  }
+  return json["program"];
+}
+
 void run_jobs(const CampaignRunOptions& options, const Plan& plan, ShardProgress& progress) {
   const std::string own = timing::own_program().string();
   for (;;) {
@@ -614,7 +631,7 @@ void run_jobs(const CampaignRunOptions& options, const Plan& plan, ShardProgress
       number = progress.todo[progress.next++];
     }
     const std::string& job = plan.jobs[number];
-    std::string program = parse_json(job).at("program");
+    std::string program = program_of(job, plan.folder / "jobs.jsonl");
     if (program.empty()) { program = own; }
     std::vector<std::string> words{program, "campaign", "job", job};
     if (options.exclusive) { words.emplace_back("--exclusive"); }
@@ -753,7 +770,7 @@ int run_merge_jobs(const MergeOptions& options) {
     }
     return next < plan.ids.size();
   });
-  std::printf("%zu results; %s\n", plan.ids.size(), options.out.string().c_str());
+  std::printf("%zu results; %s\n", plan.ids.size(), io::printable(options.out.string()).c_str());
   return done;
 }
 
@@ -879,6 +896,9 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
         of = campaign_from(json);
         jobs = json.at("jobs");
         rows = campaign::row_count(of.design);
+        if (rows > most_jobs) {
+          throw std::runtime_error("has more than " + std::to_string(most_jobs) + " rows");
+        }
         continue;
       }
       results.push_back(job_from(json, rows));
@@ -908,7 +928,7 @@ int run_findings(const FindingsOptions& options) {
                 outcome.name.c_str(), outcome.reason().empty() ? "" : ": ",
                 io::printable(outcome.reason()).c_str());
   }
-  std::printf("%s\n", (folder / "report.html").string().c_str());
+  std::printf("%s\n", io::printable((folder / "report.html").string()).c_str());
   return tally(findings.outcomes).holds() ? done : fell_short;
 }
 
@@ -1003,7 +1023,7 @@ int run_merge_shards(const ShardsOptions& options) {
   write_results_folder(folder, *merged);
   const Tally sum = tally(merged->outcomes);
   std::printf("%d passed, %d failed, %d skipped of %zu cases; %s\n", sum.passed, sum.not_passed(),
-              sum.skipped, total, (folder / "report.html").string().c_str());
+              sum.skipped, total, io::printable((folder / "report.html").string()).c_str());
   return sum.holds() ? done : fell_short;
 }
 

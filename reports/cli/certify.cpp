@@ -382,7 +382,7 @@ void tell(const CertificateReport& report, const Outcome& outcome,
         us * record.response.percentile(0.5).value_or(record.response.maximum()),
         us * record.response.maximum());
   }
-  std::printf("%s\n", (folder / "report.html").string().c_str());
+  std::printf("%s\n", io::printable((folder / "report.html").string()).c_str());
 }
 
 /// Compares a certificate.json and the histogram.csv beside it with its seal. Throws InputError if

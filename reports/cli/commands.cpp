@@ -55,7 +55,7 @@ void lock_folder(const fs::path& folder) {
     if (interrupted) { throw io::ReadInterrupted(); }
     if (tries == tries_a_second) {
       std::fprintf(stderr, "palpate: waiting for another palpate that writes to %s\n",
-                   folder.string().c_str());
+                   io::printable(folder.string()).c_str());
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1000 / tries_a_second));
   }

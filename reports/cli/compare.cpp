@@ -194,8 +194,8 @@ void tell(const ComparisonReport& report, const std::filesystem::path& folder,
                    io::printable(warning).c_str());
     }
   }
-  std::printf("%s\n%s\n", (folder / "comparison.json").string().c_str(),
-              (folder / "report.html").string().c_str());
+  std::printf("%s\n%s\n", io::printable((folder / "comparison.json").string()).c_str(),
+              io::printable((folder / "report.html").string()).c_str());
 }
 
 int run_compare(const CompareOptions& options) {

@@ -778,7 +778,7 @@ int run_evidence(const EvidenceOptions& options) {
       qualification_outcome(parse_json(files.at("qualification.json"))).status == Status::pass;
   std::printf("%zu of %zu requirements shown; planted faults %s; %s; %s\n", shown, all,
               qualified ? "found" : "missed", options.key.empty() ? "not signed" : "signed",
-              options.out.string().c_str());
+              io::printable(options.out.string()).c_str());
   return shown == all && qualified ? done : fell_short;
 }
 

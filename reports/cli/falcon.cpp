@@ -183,7 +183,8 @@ int falcon_solve(const FalconOptions& options) {
   for (const io::Pose& pose : poses) { text += row(*solve(kinematics, pose)); }
   const std::filesystem::path folder = options.make_folder();
   io::replace_file(folder / "solution.csv", text);
-  std::printf("%zu poses: %s\n", poses.size(), (folder / "solution.csv").string().c_str());
+  std::printf("%zu poses: %s\n", poses.size(),
+              io::printable((folder / "solution.csv").string()).c_str());
   return done;
 }
 

@@ -128,7 +128,8 @@ int run_gate(const GateOptions& options) {
                           .c_str());
   if (!options.quiet) {
     std::printf("%s; %s\n%s\n", verdict_sentence(report.result).c_str(),
-                (folder / "report.html").string().c_str(), builds_text(report).c_str());
+                io::printable((folder / "report.html").string()).c_str(),
+                builds_text(report).c_str());
   }
   return report.result.holds() ? done : fell_short;
 }
@@ -256,7 +257,7 @@ int run_approve(const ApproveOptions& options) {
   }
   write_baseline(options.baseline, updated);
   std::printf("%zu of %zu cases accepted; %s\n", updated.ledger.back().cases.size(),
-              updated.cases.size(), options.baseline.string().c_str());
+              updated.cases.size(), io::printable(options.baseline.string()).c_str());
   return done;
 }
 

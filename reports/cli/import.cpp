@@ -159,9 +159,9 @@ int run_import(const ImportOptions& options) {
   io::write_recording_csv(folder / "recording.csv", read.recording);
   if (!options.quiet) {
     tell(read);
-    std::printf("%s\n", (folder / "recording.h5").c_str());
+    std::printf("%s\n", io::printable((folder / "recording.h5").string()).c_str());
   }
-  std::printf("%s\n", (folder / "recording.csv").c_str());
+  std::printf("%s\n", io::printable((folder / "recording.csv").string()).c_str());
   return done;
 }
 
@@ -178,7 +178,7 @@ int run_reconstruct(const ReconstructOptions& options) {
     io::write_recording_hdf5(folder / (recording.name + ".h5"), recording);
   }
   std::printf("%zu recordings, reconstructed from published summary values: %s\n",
-              recordings.size(), folder.c_str());
+              recordings.size(), io::printable(folder.string()).c_str());
   return done;
 }
 

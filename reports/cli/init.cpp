@@ -94,8 +94,10 @@ int run_init(const InitOptions& options) {
     write_new_folder(folder, files);
     next = "palpate run " + in_shell_quotes((folder / "scene.toml").string());
   }
-  if (!options.quiet) { std::printf("%s: written. Next:\n", folder.c_str()); }
-  std::printf("%s\n", next.c_str());
+  if (!options.quiet) {
+    std::printf("%s: written. Next:\n", io::printable(folder.string()).c_str());
+  }
+  std::printf("%s\n", io::printable(next).c_str());
   return done;
 }
 

@@ -756,7 +756,7 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
 }
 
 void print_line(const char* label, const std::string& text) {
-  std::printf("  %-14s %s\n", label, text.c_str());
+  std::printf("  %-14s %s\n", label, io::printable(text).c_str());
 }
 
 /// One line for each result that a reader looks for first.
@@ -813,6 +813,15 @@ std::string next_step(const RunOptions& options, const LoadedScene& loaded, cons
          (measurable ? ", or measure the error: " + options.command + " --refine" : "");
 }
 
+/// Returns text of a page in one line for a terminal, with plain spaces.
+std::string for_terminal(std::string text) {
+  constexpr std::string_view no_break = "\u00a0";
+  for (auto at = text.find(no_break); at != text.npos; at = text.find(no_break)) {
+    text.replace(at, no_break.size(), " ");
+  }
+  return io::printable(text);
+}
+
 /// What --verbose adds: the scene, how it was stepped, what that cost, and reasons of the trust.
 void print_details(const LoadedScene& loaded, const FinishedRun& run,
                    const std::vector<ErrorSource>& sources) {
@@ -827,11 +836,7 @@ void print_details(const LoadedScene& loaded, const FinishedRun& run,
   for (const Fact& fact : facts) {
     std::string text = fact.label + ": " + fact.value +
                        (fact.explanation.empty() ? "" : " (" + fact.explanation + ")");
-    constexpr std::string_view no_break = "\u00a0";
-    for (auto at = text.find(no_break); at != text.npos; at = text.find(no_break)) {
-      text.replace(at, no_break.size(), " ");
-    }
-    std::printf("  %s\n", text.c_str());
+    std::printf("  %s\n", for_terminal(std::move(text)).c_str());
   }
 }
 
@@ -840,7 +845,7 @@ void tell(const RunOptions& options, const LoadedScene& loaded, const FinishedRu
   const std::filesystem::path page = folder / "report.html";
   for (const std::string& warning : run.warnings) {
     if (!options.quiet) {
-      std::fprintf(stderr, "palpate: warning: %s\n", io::printable(warning).c_str());
+      std::fprintf(stderr, "palpate: warning: %s\n", for_terminal(warning).c_str());
     }
   }
   if (run.trace.diverged) {
@@ -848,13 +853,14 @@ void tell(const RunOptions& options, const LoadedScene& loaded, const FinishedRu
                  run.trace.diverged_at);
   }
   for (const std::string& reason : doubts(run.trace)) {
-    std::fprintf(stderr, "palpate: unreliable: %s\n", io::printable(reason).c_str());
+    std::fprintf(stderr, "palpate: unreliable: %s\n", for_terminal(reason).c_str());
   }
   const std::string status = status_of(run.trace);
   const std::string word = run.late() && status == "ok" ? "late" : status;
   std::printf("%s: %ld ticks x %d substeps of %s in %.3g s; %s\n",
               in_colour(word, word == "ok" ? Status::pass : Status::fail).c_str(), run.trace.ticks,
-              run.trace.substeps, run.trace.method.c_str(), run.trace.seconds, page.c_str());
+              run.trace.substeps, run.trace.method.c_str(), run.trace.seconds,
+              io::printable(page.string()).c_str());
   if (options.quiet) { return; }
   if (run.real_time) {
     std::printf("real time: %ld of %ld ticks a period late or more, the latest by %.3g ms; %s\n",

@@ -95,7 +95,8 @@ int run_export(const ExportOptions& options) {
   try {
     needs = names_of(needs_of(file.scene, network));
   } catch (const CannotDo& reason) {
-    std::fprintf(stderr, "palpate: warning: %s: %s\n", options.scene.c_str(),
+    std::fprintf(stderr, "palpate: warning: %s: %s\n",
+                 io::printable(options.scene.string()).c_str(),
                  io::printable(reason.what()).c_str());
   }
   const fs::path folder = options.make_folder();
@@ -105,8 +106,9 @@ int run_export(const ExportOptions& options) {
                                   .needs = needs,
                                   .abi = PALPATE_SUBJECT_ABI,
                                   .file = &file});
-  std::printf("%s: %td nodes, %zu springs; needs %s\n", folder.c_str(), network.node_count(),
-              network.springs.size(), needs.empty() ? "what only the model has" : needs.c_str());
+  std::printf("%s: %td nodes, %zu springs; needs %s\n", io::printable(folder.string()).c_str(),
+              network.node_count(), network.springs.size(),
+              needs.empty() ? "what only the model has" : needs.c_str());
   return done;
 }
 
@@ -140,7 +142,7 @@ struct NewOptions : CommonOptions {
 
 int run_new(const NewOptions& options) {
   const std::string next = write_subject_skeleton(options.language, options.folder);
-  std::printf("%s\n", next.c_str());
+  std::printf("%s\n", io::printable(next).c_str());
   return done;
 }
 

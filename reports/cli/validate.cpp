@@ -421,7 +421,7 @@ void tell_end(const std::vector<Outcome>& outcomes, std::size_t total,
       std::to_string(sum.passed) + " passed, " + std::to_string(sum.not_passed()) + " failed, " +
       std::to_string(sum.skipped) + " skipped of " + std::to_string(total) + " cases";
   std::printf("%s; %s\n", in_colour(text, sum.holds() ? Status::pass : Status::fail).c_str(),
-              page.string().c_str());
+              io::printable(page.string()).c_str());
 }
 
 /// Returns true if a quantity could change by far and stay within its bound: an error that is less
@@ -886,7 +886,7 @@ int run_report(const ReportOptions& options) {
   } else {
     io::replace_file(folder / "report.html", to_html(results));
   }
-  std::printf("%s\n", (folder / "report.html").string().c_str());
+  std::printf("%s\n", io::printable((folder / "report.html").string()).c_str());
   return done;
 }
 

@@ -73,10 +73,9 @@ struct Markup {
   std::string html{};
 };
 
-struct PagePart;
-
-/// Group of page parts, with an optional heading.
-struct Section {
+/// Group of page parts, with an optional heading. A template, because a part may be a group: its
+/// members are initialised where the type of a part is complete.
+template <class Part> struct SectionOf {
   enum class Kind {
     plain,     ///< heading, if any, and parts
     section,   ///< same, in a <section> element
@@ -86,12 +85,15 @@ struct Section {
   };
   Kind kind = Kind::plain;
   std::string heading{};
-  std::vector<PagePart> parts{};
+  std::vector<Part> parts{};
   std::string id{};
   Badge badge{};
   std::string aside{};  ///< text after the heading of an article
   std::string style{};  ///< additional CSS class in report.css
 };
+
+struct PagePart;
+using Section = SectionOf<PagePart>;
 
 /// One part of a page. Empty facts, notes and exhibits produce no HTML. Tables of more than 24 rows
 /// are collapsed below their title.

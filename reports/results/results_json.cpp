@@ -36,8 +36,22 @@ InputError json_trouble(const std::string& file, const std::string& text,
   return InputError(file + ": " + what + "; " + allowed);
 }
 
+namespace {
+
+constexpr int deepest = 32;  // results have seven levels
+
+/// An exception of the library, so that a handler of its exceptions handles this one too.
+class DeepJson : public nlohmann::json::exception {
+ public:
+  DeepJson()
+      : exception(0,
+                  ("[depth] more than " + std::to_string(deepest) + " brackets within each other")
+                      .c_str()) {}
+};
+
+}  // namespace
+
 nlohmann::ordered_json parse_json(std::string_view text) {
-  constexpr int deepest = 32;  // results have seven levels
   int depth = 0;
   bool in_text = false;
   for (std::size_t n = 0; n < text.size(); ++n) {
@@ -47,10 +61,7 @@ nlohmann::ordered_json parse_json(std::string_view text) {
     if (in_text) { continue; }
     if (c == '[' || c == '{') { ++depth; }
     if (c == ']' || c == '}') { --depth; }
-    if (depth > deepest) {
-      throw std::runtime_error("more than " + std::to_string(deepest) +
-                               " brackets within each other");
-    }
+    if (depth > deepest) { throw DeepJson(); }
   }
   return nlohmann::ordered_json::parse(text);
 }

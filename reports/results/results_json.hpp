@@ -16,8 +16,8 @@
 
 namespace palpate {
 
-/// Parses a text. Throws std::runtime_error if it is nested deeper than any file of this program:
-/// the library copies, prints and deletes by recursion. Throws its exception if it is not JSON.
+/// Parses a text. Throws an exception of the library if it is not JSON, or if it is nested deeper
+/// than any file of this program: the library copies, prints and deletes by recursion.
 nlohmann::ordered_json parse_json(std::string_view text);
 
 /// Converts a number to JSON. NaN and infinity, which JSON lacks, become text.

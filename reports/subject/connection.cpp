@@ -53,6 +53,7 @@ static_assert(sizeof(FrameHeader) == 16);
 
 /// Payloads above this size are refused: a state of 20 million nodes.
 constexpr std::uint32_t most_payload = 1U << 30U;
+constexpr std::size_t most_nodes = most_payload / (6 * sizeof(double));
 
 /// Payload under construction, kept between frames so that it allocates once.
 class FrameWriter {
@@ -427,8 +428,8 @@ class PipeConnection final : public Connection {
     std::array<int, 2> to{-1, -1};
     std::array<int, 2> from{-1, -1};
     errors_ = memfd_create("palpate-subject-errors", MFD_CLOEXEC);
-    const bool open =
-        errors_ >= 0 && pipe2(to.data(), O_CLOEXEC) == 0 && pipe2(from.data(), O_CLOEXEC) == 0;
+    const bool open = errors_ >= 0 && fcntl(errors_, F_SETFL, O_APPEND) == 0 &&
+                      pipe2(to.data(), O_CLOEXEC) == 0 && pipe2(from.data(), O_CLOEXEC) == 0;
     if (!open) {
       throw SubjectFailure(std::string("no pipe to the subject: ") + std::strerror(errno));
     }
@@ -547,7 +548,10 @@ class PipeConnection final : public Connection {
       }
     }
   }
+  /// Also forgets the messages of the child once they are long.
   void check_memory() {
+    constexpr off_t most_messages = 1 << 20;  // [bytes]
+    if (lseek(errors_, 0, SEEK_END) > most_messages) { (void)ftruncate(errors_, 0); }
     if (static_cast<double>(resident_bytes()) > 1048576.0 * limits_.memory_mib) {
       fail("uses more memory than the limit of " + plain_number(limits_.memory_mib, 6) + " MiB");
     }
@@ -703,7 +707,7 @@ int answer_call(LibraryConnection& library, int call, FrameReader request, Frame
     }
     case PALPATE_CALL_GET_STATE: {
       const auto nodes = static_cast<std::size_t>(request.take<std::uint64_t>());
-      if (nodes > most_payload / (6 * sizeof(double))) { return PALPATE_FAILED; }
+      if (nodes > most_nodes) { return PALPATE_FAILED; }
       state.assign(6 * nodes, std::numeric_limits<double>::quiet_NaN());
       library.get_state(state.data(), state.data() + 3 * nodes, nodes);
       answer.add(state.data(), state.size());
@@ -711,7 +715,9 @@ int answer_call(LibraryConnection& library, int call, FrameReader request, Frame
     }
     case PALPATE_CALL_SET_STATE: {
       const auto nodes = static_cast<std::size_t>(request.take<std::uint64_t>());
-      if (request.left() != 6 * nodes * sizeof(double)) { return PALPATE_FAILED; }
+      if (nodes > most_nodes || request.left() != 6 * nodes * sizeof(double)) {
+        return PALPATE_FAILED;
+      }
       state.resize(6 * nodes);
       request.take(state.data(), state.size());
       library.set_state(state.data(), state.data() + 3 * nodes, nodes);
@@ -837,9 +843,8 @@ std::unique_ptr<Connection> connect_subject(const std::string& subject, bool in_
     throw InputError("--subject " + io::shown(subject) + ": unknown; " + near +
                      "model, PATH.so, exec:COMMAND or trace:FILE.csv");
   }
-  if (!std::filesystem::exists(file)) {
-    throw InputError(file.string() + ": no such file; a shared library is needed");
-  }
+  // dlopen() waits for ever at a FIFO.
+  (void)io::open_regular(file, "a shared library");
   const std::filesystem::path path = std::filesystem::absolute(file);
   if (in_process) { return std::make_unique<LibraryConnection>(open_library(path)); }
   return std::make_unique<PipeConnection>(

@@ -39,6 +39,11 @@ has '^  solver: '
 "$palpate" run "$needle" "${short[@]}" --json -o "$out/json" >"$out/said" 2>"$out/error"
 cmp "$out/said" "$out/json/summary.json" || fail "--json is not summary.json"
 
+# A terminal obeys no name of a folder.
+"$palpate" run "$needle" "${short[@]}" -v -o "$out/$(printf 'red\033[31m')" >"$out/said"
+! grep -q "$(printf '\033')" "$out/said" || fail "the name of a folder reaches the terminal as it is"
+has 'red\\x1b\[31m/report.html'
+
 # An error is no result, and neither is that of an earlier run.
 status=0
 "$palpate" run "$needle" --json --set simulation.step=-1.0 -o "$out/json" >"$out/said" 2>/dev/null || status=$?

@@ -74,3 +74,9 @@ certified "$out/pipe" "exec:python3 $root/fixtures/subjects/python/adapter.py" p
 status=0
 "$palpate" certify "$scenes/s26.toml" --subject trace:a.csv --out "$out/trace" 2> "$out/said" || status=$?
 [ "$status" -eq 2 ] && grep -q "a trace has no timing" "$out/said" || fail "a trace was certified: exit $status"
+
+# dlopen() would wait for ever at a FIFO.
+mkfifo "$out/fifo.so"
+status=0
+timeout 60 "$palpate" run "$scenes/s26.toml" --subject "$out/fifo.so" --out "$out/fifo" 2>"$out/said" || status=$?
+[ "$status" -eq 2 ] && grep -q "fifo.so: .*a shared library" "$out/said" || fail "a FIFO: $status, $(cat "$out/said")"

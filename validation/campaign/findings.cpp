@@ -210,7 +210,7 @@ void add_histogram(Outcome& outcome, const std::string& quantity,
                    const std::vector<double>& values) {
   constexpr std::size_t bins = 30;
   const auto [low, high] = std::ranges::minmax(values);
-  if (!(high > low)) { return; }
+  if (!(high > low) || !std::isfinite(high - low)) { return; }
   std::vector<double> count(bins, 0.0);
   for (const double value : values) {
     const double share = (value - low) / (high - low);
@@ -310,16 +310,18 @@ Outcome sensitivity_outcome(const Campaign& campaign, std::span<const JobResult>
   const std::size_t rows = row_count(campaign.design);
   const std::vector<Parameter>& parameters = campaign.design.parameters;
   std::map<std::string, std::vector<const JobResult*>> groups;
-  for (const JobResult& job : results) {
-    auto& group = groups[job.group];
-    group.resize(rows);
-    for (const std::size_t row : job.rows) { group.at(row) = &job; }
-  }
+  for (const JobResult& job : results) { groups.try_emplace(job.group); }
   constexpr std::size_t most_groups = 20;
   if (groups.size() > most_groups) {
     outcome.notes.push_back("The first 20 of " + std::to_string(groups.size()) +
                             " combinations of scene, patient, seed, subject and build are shown.");
     groups.erase(std::next(groups.begin(), most_groups), groups.end());
+  }
+  for (auto& [label, group] : groups) { group.resize(rows); }
+  for (const JobResult& job : results) {
+    const auto group = groups.find(job.group);
+    if (group == groups.end()) { continue; }
+    for (const std::size_t row : job.rows) { group->second.at(row) = &job; }
   }
   for (const std::string& name : quantities_of(results)) {
     for (const auto& [label, group] : groups) {

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <gsl/gsl_qrng.h>
+#include <limits>
 #include <memory>
 
 #include "model/problem/input_error.hpp"
@@ -133,10 +134,12 @@ std::size_t row_count(const Design& design) {
   const auto samples = static_cast<std::size_t>(design.samples);
   if (design.method == Method::saltelli) { return samples * (design.parameters.size() + 2); }
   if (design.method != Method::grid) { return samples; }
+  constexpr std::size_t most = std::numeric_limits<std::size_t>::max();
   std::size_t count = 1;
   for (const Parameter& parameter : design.parameters) {
-    count *= parameter.values.empty() ? static_cast<std::size_t>(parameter.count)
-                                      : parameter.values.size();
+    const std::size_t values = parameter.values.empty() ? static_cast<std::size_t>(parameter.count)
+                                                        : parameter.values.size();
+    count = values > 0 && count > most / values ? most : count * values;
   }
   return count;
 }

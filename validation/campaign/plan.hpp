@@ -55,7 +55,8 @@ struct Design {
 /// The generator of GSL has up to 40 dimensions; Saltelli's design needs two for each parameter.
 inline constexpr std::size_t most_dimensions = 40;
 
-/// Returns the number of rows. The design must be valid.
+/// Returns the number of rows, or the largest number of its type if there are more. The design must
+/// be valid.
 std::size_t row_count(const Design& design);
 
 /// Returns one row of parameter values after the other. Saltelli's design has k + 2 rows for each

@@ -55,6 +55,7 @@ static int step_with_fault(palpate_subject* s, double time, double dt, const pal
   if (is("memory")) { memset(malloc(64 << 20), 1, 64 << 20); }
   if (is("leak")) { memset(malloc(8192), 1, 8192); }
   if (is("print")) { printf("step at %g s\n", time); fflush(stdout); }
+  for (int n = 0; is("chatter") && n < 256; ++n) { fprintf(stderr, "%-63g\n", time); }
   if (is("status")) { return 77; }
   if (is("reason")) {
     fprintf(stderr, "the solver found no solution\n");

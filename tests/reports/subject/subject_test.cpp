@@ -176,6 +176,31 @@ Trace run(const SubjectChoice& choice, const std::string& scene_file,
   return roll_out(*subject, file->scene);
 }
 
+/// Returns the size [bytes] of what simulators of this process wrote to standard error, as kept.
+std::uintmax_t kept_messages() {
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+    std::error_code closed;  // the descriptor of the iterator
+    const std::string target = std::filesystem::read_symlink(entry.path(), closed).string();
+    if (target.find("palpate-subject-errors") != target.npos) {
+      bytes += std::filesystem::file_size(entry.path());
+    }
+  }
+  return bytes;
+}
+
+TEST("messages of a simulator do not fill the memory") {
+  const auto file = std::make_shared<const io::SceneFile>(
+      io::read_scene(PALPATE_SCENES "/s26.toml", {"simulation.duration=1.0"}));
+  const std::unique_ptr<Subject> subject = make_subject(with_fault("chatter"), file);
+  subject->load(file->scene, build_network(file->scene), true);
+  constexpr std::uintmax_t step = 256 * 64;
+  const Trace trace = roll_out(*subject, file->scene);
+  CHECK(static_cast<std::uintmax_t>(trace.ticks) * step > 15'000'000);  // were written
+  CHECK(kept_messages() > 0);
+  CHECK(kept_messages() < 6'000'000);  // a limit of 1 MiB, and 256 calls between two looks
+}
+
 #ifdef PALPATE_MODEL_SUBJECT
 TEST("the model behind the interface gives the same bits as in this program") {
   // Long enough for the parts that once differed: a recorded force, a slanting needle, a probe that
