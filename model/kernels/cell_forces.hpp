@@ -68,6 +68,17 @@ template <class Real> class CellForces {
     find_pressures(q);
     relaxation_.remember(pressure_.data());
   }
+  /// Takes the relaxation of the same cells with other stiffnesses at the same state.
+  void continue_from(const CellForces& from) noexcept {
+    if (!relaxation_.active()) { return; }
+    relaxation_.continue_from(from.relaxation_, [&](std::size_t n) {
+      return n < cells_.size() ? cells_[n].numbers.stiffness / from.cells_[n].numbers.stiffness
+                               : Real(1);
+    });
+  }
+  [[nodiscard]] bool resembles(const CellForces& other) const {
+    return relaxation_.resembles(other.relaxation_);
+  }
   [[nodiscard]] bool damped() const { return damped_; }
   /// Adds the forces of all cells to f.
   void add(const Real* q, const Real* v, Real* f) const noexcept {

@@ -244,6 +244,16 @@ template <class Real> class LatticeSleep {
     });
     return squares;
   }
+  /// Takes the rows that are awake in the same lattice.
+  void continue_from(const LatticeSleep& from) noexcept {
+    std::ranges::copy(from.state_, state_.begin());
+    std::ranges::copy(from.awake_, awake_.begin());            // in place: a View has the pointer
+    border_.assign(from.border_.begin(), from.border_.end());  // capacity for all rows
+    awake_count_ = from.awake_count_;
+  }
+  [[nodiscard]] bool resembles(const LatticeSleep& other) const {
+    return state_.size() == other.state_.size();
+  }
   /// Removes the forces on sleeping rows from f.
   void withhold(Real* f) const noexcept {
     for (const int row : border_) { clear(f, row); }
@@ -628,6 +638,17 @@ template <class Real> class LatticeNetwork final : public NetworkSystem<Real> {
   }
   [[nodiscard]] Vector<Real> initial_position() const override {
     return springs_.initial_position();
+  }
+  void prepare_to_continue(const NetworkSystem<Real>& from) override {
+    if (!sleep_) { return; }
+    const auto* other = dynamic_cast<const LatticeNetwork*>(&from);
+    if (other == nullptr || !other->sleep_ || !sleep_->resembles(*other->sleep_)) {
+      throw std::invalid_argument("rows may sleep now that could not before");
+    }
+  }
+  void continue_from(const NetworkSystem<Real>& from, const Vector<Real>& /*q*/,
+                     const Vector<Real>& /*v*/, State<Real>& /*state*/) noexcept override {
+    if (sleep_) { sleep_->continue_from(*static_cast<const LatticeNetwork&>(from).sleep_); }
   }
 
  private:

@@ -28,11 +28,24 @@ template <class Real> class LawSprings {
         if (lane >= 0) { element_[spring] = static_cast<int>(part.first) + lane; }
       }
       tension_.resize(tension_.size() + part.springs.lanes());
+      stiffness_.resize(tension_.size(), Real(1));
       relaxation_.add(laws[n], part.springs.lanes());
       parts_.push_back(std::move(part));
     }
+    std::size_t spring = 0;
+    for (const auto& link : springs.links) { take_stiffness(spring++, link.stiffness); }
+    for (const auto& anchor : springs.anchors) { take_stiffness(spring++, anchor.stiffness); }
     find_tensions(q);
     relaxation_.begin(tension_.data());
+  }
+  /// Takes the relaxation of the same springs with other stiffnesses at the same state.
+  void continue_from(const LawSprings& from) noexcept {
+    if (!relaxation_.active()) { return; }
+    relaxation_.continue_from(from.relaxation_,
+                              [&](std::size_t n) { return stiffness_[n] / from.stiffness_[n]; });
+  }
+  [[nodiscard]] bool resembles(const LawSprings& other) const {
+    return relaxation_.resembles(other.relaxation_);
   }
   [[nodiscard]] bool empty() const noexcept { return parts_.empty(); }
   /// Prepares the forces of a state `s` seconds after the last one that was remembered.
@@ -68,8 +81,8 @@ template <class Real> class LawSprings {
                                static_cast<double>(spring.stiffness))};
   }
   [[nodiscard]] std::size_t memory_bytes() const noexcept {
-    std::size_t bytes =
-        element_.size() * sizeof(int) + tension_.size() * sizeof(Real) + relaxation_.memory_bytes();
+    std::size_t bytes = element_.size() * sizeof(int) + 2 * tension_.size() * sizeof(Real) +
+                        relaxation_.memory_bytes();
     for (const Part& part : parts_) { bytes += part.springs.memory_bytes(); }
     return bytes;
   }
@@ -82,6 +95,11 @@ template <class Real> class LawSprings {
     std::size_t first = 0;
     AdjacencySprings<Real> springs{};
   };
+  void take_stiffness(std::size_t spring, Real stiffness) {
+    if (element_[spring] >= 0) {
+      stiffness_[static_cast<std::size_t>(element_[spring])] = stiffness;
+    }
+  }
   void find_tensions(const Real* q) noexcept {
     for (Part& part : parts_) { part.springs.find_tensions(view(part), q); }
   }
@@ -95,6 +113,7 @@ template <class Real> class LawSprings {
   std::vector<Part> parts_{};
   std::vector<int> element_{};     ///< of each spring of the set
   AlignedVector<Real> tension_{};  ///< elastic tensions of the elements [N]
+  std::vector<Real> stiffness_{};  ///< of the elements [N/m]
   Relaxation<Real> relaxation_{};
 };
 

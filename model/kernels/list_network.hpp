@@ -7,6 +7,7 @@
 #include <array>
 #include <cassert>
 #include <cstdint>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -173,6 +174,26 @@ template <class Real> class ListNetwork : public NetworkSystem<Real> {
     laws_.remember(q.data());
     cells_.remember(q.data());
     last_time_ = t;
+  }
+  void prepare_to_continue(const NetworkSystem<Real>& from) override {
+    const auto* other = dynamic_cast<const ListNetwork*>(&from);
+    const bool same =
+        other == nullptr
+            ? laws_.empty() && !springs_.lagged
+            : laws_.resembles(other->laws_) && cells_.resembles(other->cells_) &&
+                  springs_.previous_length.size() == other->springs_.previous_length.size();
+    if (!same) {
+      throw std::invalid_argument("the relaxing springs or cells are others than before");
+    }
+  }
+  void continue_from(const NetworkSystem<Real>& from, const Vector<Real>& /*q*/,
+                     const Vector<Real>& /*v*/, State<Real>& /*state*/) noexcept override {
+    const auto* other = dynamic_cast<const ListNetwork*>(&from);
+    if (other == nullptr) { return; }
+    last_time_ = other->last_time_;
+    laws_.continue_from(other->laws_);
+    cells_.continue_from(other->cells_);
+    std::ranges::copy(other->springs_.previous_length, springs_.previous_length.begin());
   }
   [[nodiscard]] int relaxing(const Spring& spring) const override {
     const auto first = [&](int node) {

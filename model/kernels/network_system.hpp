@@ -41,6 +41,14 @@ template <class Real> class NetworkSystem : public System<Real> {
   }
   /// Ends a step: q is the position at time t, from which relaxation goes on.
   virtual void remember(double /*t*/, const Vector<Real>& /*q*/) noexcept {}
+  /// Prepares continue_from() for a network of the same tissue with other stiffnesses, which may
+  /// be in use: only what its steps do not change is read. Allocates. Throws std::invalid_argument
+  /// if internal variables cannot be taken from it.
+  virtual void prepare_to_continue(const NetworkSystem& /*from*/) {}
+  /// Takes the internal variables of the network of prepare_to_continue() at its state q, v, and
+  /// writes the coordinates of `state` that belong to no node.
+  virtual void continue_from(const NetworkSystem& /*from*/, const Vector<Real>& /*q*/,
+                             const Vector<Real>& /*v*/, State<Real>& /*state*/) noexcept {}
   /// Returns the number of a spring or cell that relaxes, for relaxed(); -1 for others.
   [[nodiscard]] virtual int relaxing(const Spring& /*spring*/) const { return -1; }
   [[nodiscard]] virtual int relaxing(const VolumeCell& /*cell*/) const { return -1; }

@@ -3,6 +3,7 @@
 /// Relaxation of elastic tensions (model/EQUATIONS.md, "Relaxation").
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -86,6 +87,26 @@ template <class Real> class Relaxation {
       }
     }
     begin(tension);
+  }
+  /// Takes the past of the same elements at the same state with other stiffnesses. The strains of
+  /// the branches stay; scale(element) is the ratio of the new stiffness to that of `from`.
+  template <class Scale> void continue_from(const Relaxation& from, Scale scale) noexcept {
+    for (std::size_t n = 0; n < last_.size(); ++n) {
+      const Real factor = scale(n);
+      last_[n] = factor * from.last_[n];
+      for (std::size_t branch = 0; branch < most_branches; ++branch) {
+        if (filtered_[branch].empty()) { continue; }
+        filtered_[branch][n] = factor * from.filtered_[branch][n];
+      }
+    }
+    s_ = -1.0;
+    at(0.0);
+  }
+  /// Returns true if both have the same elements in the same order, with the same branches.
+  [[nodiscard]] bool resembles(const Relaxation& other) const {
+    return std::ranges::equal(groups_, other.groups_, [](const Group& a, const Group& b) {
+      return a.first == b.first && a.count == b.count && a.branches.size() == b.branches.size();
+    });
   }
   [[nodiscard]] const Real* share() const noexcept { return share_.data(); }
   [[nodiscard]] const Real* held() const noexcept { return held_.data(); }

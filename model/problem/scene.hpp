@@ -179,6 +179,12 @@ struct SimulationSettings {
 /// nodes are fixed and it cannot be punctured.
 enum class TissueRole { tissue, epidural_space, dura, bone };
 
+/// Young's modulus of a material from a time on.
+struct ModulusChange {
+  double time = 0.0;            ///< the nearest border of a tick [s]
+  double youngs_modulus = 0.0;  ///< [Pa]
+};
+
 /// Tissue as a homogeneous isotropic solid, from which the spring constants are computed.
 struct Material {
   std::string name{};
@@ -191,6 +197,7 @@ struct Material {
   std::optional<double> retardation_time{};
   std::optional<Stiffening> stiffening{};
   std::vector<RelaxationBranch> relaxation{};  ///< at most three branches
+  std::vector<ModulusChange> changes{};        ///< during the run, ascending in time
   /// Force at which the tip begins a crack; empty: the cutting force [N].
   std::optional<double> puncture_force{};
   double cutting_force = 0.0;  ///< at which the tip goes on cutting [N]

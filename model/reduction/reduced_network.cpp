@@ -367,6 +367,32 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
     ListNetwork<Real>::pattern(a);
     far_.find_slots(a);
   }
+  /// The modes depend on the stiffnesses. The new coordinates give the nearest displacements, in
+  /// the norm of the masses, by which the modes are orthonormal.
+  void prepare_to_continue(const NetworkSystem<Real>& from) override {
+    ListNetwork<Real>::prepare_to_continue(from);
+    const auto* other = dynamic_cast<const ReducedNetwork*>(&from);
+    if (other == nullptr || other->shapes.column != shapes.column) {
+      throw std::invalid_argument("the far nodes are others than before");
+    }
+    const SpringNetwork& network = near.network();
+    MatrixXd product = MatrixXd::Zero(shapes.modes(), other->shapes.modes());
+    for (int node = 0; node < network.node_count(); ++node) {
+      if (!shapes.holds(node)) { continue; }
+      product.noalias() +=
+          network.mass(node) * shapes.of(node) * other->shapes.of(node).transpose();
+    }
+    from_modes_ = (product / shapes.mass).template cast<Real>();
+  }
+  void continue_from(const NetworkSystem<Real>& from, const Vector<Real>& q, const Vector<Real>& v,
+                     State<Real>& state) noexcept override {
+    ListNetwork<Real>::continue_from(from, q, v, state);
+    const Index first = this->problem().dof();
+    state.position.segment(first, far_.modes()).noalias() =
+        from_modes_ * q.segment(first, from_modes_.cols());
+    state.velocity.segment(first, far_.modes()).noalias() =
+        from_modes_ * v.segment(first, from_modes_.cols());
+  }
   [[nodiscard]] Eigen::Vector3d moved(const Vector<Real>& all, int node) const noexcept override {
     if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
     return shapes.of(node).transpose() *
@@ -398,6 +424,8 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
 
   mutable ReducedModel<Real> far_;
+  /// Modal coordinates from those of another network; empty without prepare_to_continue().
+  Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> from_modes_{};
 };
 
 }  // namespace

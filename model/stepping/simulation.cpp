@@ -8,11 +8,14 @@
 #include <iterator>
 #include <optional>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "model/kernels/instruction_set.hpp"
 #include "model/kernels/network_system.hpp"
 #include "model/kernels/system.hpp"
+#include "model/problem/input_error.hpp"
 #include "model/problem/problem.hpp"
 #include "model/problem/trace.hpp"
 #include "model/stepping/integrator.hpp"
@@ -28,6 +31,8 @@ class Simulation::Core {
   virtual StepStatus tick() noexcept = 0;
   [[nodiscard]] virtual Eigen::Vector3d position(int node) const noexcept = 0;  ///< [m]
   [[nodiscard]] virtual Eigen::Vector3d velocity(int node) noexcept = 0;        ///< [m/s]
+  virtual void prepare_to_continue(const Core& from) = 0;
+  virtual void continue_from(Core& from) noexcept = 0;
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept = 0;
   virtual double energy() noexcept = 0;
@@ -281,7 +286,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   StepStatus tick() noexcept override {
     const FlushedDenormals flushed;
     const double begin = time();
-    if (ticks == 0) { integrator_->start(stepped(), state_, 0.0, update_length_); }
+    if (begins_) { integrator_->start(stepped(), state_, begin, update_length_); }
+    begins_ = false;
     for (int n = 0; n < plan.substeps; ++n) {
       if (tool_) {
         step_with_tool(begin + n * plan.h);
@@ -296,6 +302,55 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     if (tool_) { measure_tool(); }
     return is_sane(state_, bound_, integrator_->most_travelled()) ? StepStatus::ok
                                                                   : StepStatus::diverged;
+  }
+
+  void prepare_to_continue(const Core& of) override {
+    const auto* from = dynamic_cast<const CoreOf*>(&of);
+    const char* differs = nullptr;
+    if (from == nullptr || network == nullptr || from->network == nullptr) {
+      differs = "the precision or the kind of the tissue";
+    } else if (network->network().fixed != from->network->network().fixed ||
+               network->network().rest_position != from->network->network().rest_position) {
+      differs = "the nodes";
+    } else if ((tool_ == nullptr) != (from->tool_ == nullptr) ||
+               (tool_ && !tool_->contact.resembles(from->tool_->contact))) {
+      differs = "the tool or its path";
+    } else if (tick_length != from->tick_length) {
+      differs = "the tick";
+    }
+    if (differs != nullptr) {
+      throw std::invalid_argument(std::string("cannot go on from the present state: ") + differs +
+                                  " would change");
+    }
+    network_->prepare_to_continue(*from->network_);
+  }
+  void continue_from(Core& of) noexcept override {
+    auto& from = static_cast<CoreOf&>(of);
+    const FlushedDenormals flushed;
+    const Vector<Real>& q = from.state_.position;
+    const Vector<Real>& v = from.velocity_now();
+    const NodeLayout& old = from.network_->layout();
+    const NodeLayout& layout = network_->layout();
+    for (std::size_t node = 0; node < layout.first.size(); ++node) {
+      if (layout.first[node] < 0 || old.first[node] < 0) { continue; }
+      at_node(state_.position, layout.first[node], layout.stride) =
+          at_node(q, old.first[node], old.stride);
+      at_node(state_.velocity, layout.first[node], layout.stride) =
+          at_node(v, old.first[node], old.stride);
+    }
+    if (tool_ && tool_->contact.is_coordinate()) {
+      state_.position(layout.size) = q(old.size);
+      state_.velocity(layout.size) = v(old.size);
+    }
+    network_->continue_from(*from.network_, q, v, state_);
+    ticks = from.ticks;
+    begins_ = true;
+    velocity_ = nullptr;
+    elastic_energy_.reset();
+    if (!tool_) { return; }
+    tool_->contact.continue_from(from.tool_->contact, state_);
+    tool_->system.forget();
+    measure_tool();
   }
 
   [[nodiscard]] Eigen::Vector3d position(int node) const noexcept override {
@@ -419,9 +474,9 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     }
   }
   /// Returns the velocity at the current time. Staggered schemes store the velocity of another
-  /// time; at t = 0 the given velocity is returned.
+  /// time; before the first tick the given velocity is returned.
   const Vector<Real>& velocity_now() noexcept {
-    if (ticks == 0) { return state_.velocity; }
+    if (begins_) { return state_.velocity; }
     if (velocity_ == nullptr) { velocity_ = &integrator_->velocity_at(state_); }
     return *velocity_;
   }
@@ -441,6 +496,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   OscillatorSystem<Real>* oscillator_ = nullptr;
   std::unique_ptr<Integrator<Real>> integrator_;
   State<Real> state_;
+  bool begins_ = true;  ///< the integrator has not started
   bool audit_ = false;
   bool relaxes_ = false;
   const Vector<Real>* velocity_ = nullptr;  ///< at the current time, if already requested
@@ -450,6 +506,11 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
 };
 
 void Simulation::build(const Scene& scene, std::unique_ptr<Problem> problem, bool skip) {
+  for (const Material& material : scene.materials) {
+    if (material.changes.empty()) { continue; }
+    throw InputError("material." + material.name +
+                     ".change: this command keeps the materials of a scene; must be left out");
+  }
   if (scene.simulation.precision == Precision::single_precision) {
     core_ = std::make_unique<CoreOf<float>>(scene, std::move(problem), skip);
   } else {
@@ -471,6 +532,10 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 
 StepStatus Simulation::tick() noexcept { return core_->tick(); }
+void Simulation::prepare_to_continue(const Simulation& from) {
+  core_->prepare_to_continue(*from.core_);
+}
+void Simulation::continue_from(Simulation& from) noexcept { core_->continue_from(*from.core_); }
 double Simulation::time() const noexcept { return core_->time(); }
 long Simulation::ticks() const noexcept { return core_->ticks; }
 long Simulation::tick_count() const noexcept { return core_->tick_count; }

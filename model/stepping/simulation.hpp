@@ -32,6 +32,14 @@ class Simulation {
   void move_handle(double place, double velocity) noexcept;
   /// Advances by one tick.
   StepStatus tick() noexcept;
+  /// Prepares continue_from(). `from` is a simulation of the same scene with other materials, which
+  /// may be ticking: only what a tick does not change is read. Allocates. Throws
+  /// std::invalid_argument if its state does not fit this one.
+  void prepare_to_continue(const Simulation& from);
+  /// Takes time, positions, velocities, tool, events and internal variables of the simulation of
+  /// prepare_to_continue(), between two ticks. Strains are kept; forces follow the new materials.
+  /// Does not allocate.
+  void continue_from(Simulation& from) noexcept;
 
   [[nodiscard]] double time() const noexcept;      ///< [s]
   [[nodiscard]] long ticks() const noexcept;       ///< completed

@@ -80,6 +80,23 @@ class ToolState {
   void clear_happenings() { happening_count_ = 0; }
 
  protected:
+  /// Takes position, modes, forces and events of the same tool; the path stays.
+  void continue_from(const ToolState& from) noexcept {
+    centre_ = from.centre_;
+    syringe_ = from.syringe_;
+    tip_ = from.tip_;
+    place_ = from.place_;
+    velocity_ = from.velocity_;
+    depth_ = from.depth_;
+    cut_ = from.cut_;
+    slip_ = from.slip_;
+    handle_place_ = from.handle_place_;
+    handle_velocity_ = from.handle_velocity_;
+    forces_ = from.forces_;
+    losses_ = from.losses_;
+    happenings_ = from.happenings_;
+    happening_count_ = from.happening_count_;
+  }
   [[nodiscard]] bool in_tissue() const { return tip_ != TipMode::outside; }
   [[nodiscard]] const PathInterval& interval() const {
     return path_.intervals()[path_.interval_at(depth_)];
@@ -191,6 +208,67 @@ template <class Real> class ToolContact : public ToolState {
     }
     gather(state.position, state.velocity);
     change_tip(0.0);
+  }
+
+  /// Returns true if continue_from() can take the state of another contact.
+  [[nodiscard]] bool resembles(const ToolContact& other) const {
+    const auto of_same_interval = [](const ShaftDrag& a, const ShaftDrag& b) {
+      return a.interval == b.interval;
+    };
+    return knots_.size() == other.knots_.size() && supports_.size() == other.supports_.size() &&
+           path_.intervals().size() == other.path_.intervals().size() &&
+           std::ranges::equal(drags_, other.drags_, of_same_interval) && tool_ == other.tool_;
+  }
+  /// Takes the state of the same tool between two steps, in tissue with other stiffnesses at the
+  /// same positions. The caller computes the forces.
+  void continue_from(const ToolContact& from, const State<Real>& state) noexcept {
+    if (sliding_ && centre_ != from.centre_) { press_at(from.centre_); }
+    ToolState::continue_from(from);
+    for (std::size_t n = 0; n < drags_.size(); ++n) {
+      drags_[n].law.limit = from.drags_[n].law.limit;
+      drags_[n].law.force = from.drags_[n].law.force;
+      drags_[n].force = from.drags_[n].force;
+      drags_[n].slope = from.drags_[n].slope;
+      drags_[n].reached = from.drags_[n].reached;
+      std::ranges::copy(from.drags_[n].share, drags_[n].share.begin());
+    }
+    // Without compliance before, the contact has no past.
+    for (std::size_t n = 0; n < std::min(relaxation_.size(), from.relaxation_.size()); ++n) {
+      relaxation_[n].continue_from(from.relaxation_[n], [&](std::size_t) {
+        const double softness = compliance_.at(depth_);
+        return softness > 0.0 ? from.compliance_.at(depth_) / softness : 1.0;
+      });
+    }
+    theta_ = from.theta_;
+    shaft_ = from.shaft_;
+    at_bone_ = from.at_bone_;
+    bone_seen_ = from.bone_seen_;
+    clear_ = from.clear_;
+    present_ = from.present_;
+    tip_force_ = from.tip_force_;
+    shaft_force_ = from.shaft_force_;
+    bone_force_ = from.bone_force_;
+    deepest_ = from.deepest_;
+    entered_ = from.entered_;
+    step_begin_ = from.step_begin_;
+    step_length_ = from.step_length_;
+    step_tip_force_ = from.step_tip_force_;
+    step_tip_change_ = from.step_tip_change_;
+    stopped_ = from.stopped_;
+    stuck_before_ = from.stuck_before_;
+    place_begin_ = from.place_begin_;
+    gap_begin_ = from.gap_begin_;
+    depth_begin_ = from.depth_begin_;
+    hand_power_begin_ = from.hand_power_begin_;
+    hand_power_end_ = from.hand_power_end_;
+    first_evaluation_ = from.first_evaluation_;
+    gather(state.position, state.velocity);
+    weigh();
+    contact_.tip_held = from.contact_.tip_held;
+    contact_.shaft_held = from.contact_.shaft_held;
+    pressed_ = pressed_energy();
+    dissipated_power_begin_ = dissipated_power();
+    depth_rate_ = depth_rate();
   }
 
   /// Evaluates the trajectory for a step from t to t + h. Sticking parts follow a jump of its
@@ -539,10 +617,13 @@ template <class Real> class ToolContact : public ToolState {
       losses_.friction -= one.law.energy() - before;
     }
   }
-  /// Moves the face of a sliding probe to its centre at a time: new weights of its contact point.
+  /// Moves the face of a sliding probe to its centre at a time.
   void slide(double t) noexcept {
     const Eigen::Vector2d centre = sliding_->centre(t);
-    if (centre == centre_) { return; }
+    if (centre != centre_) { press_at(centre); }
+  }
+  /// Moves the face of a sliding probe: new weights of its contact point.
+  void press_at(const Eigen::Vector2d& centre) noexcept {
     centre_ = centre;
     path_.sliding_face()->press(centre, share_);
     Knot& knot = knots_.front();
