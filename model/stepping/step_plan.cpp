@@ -277,12 +277,12 @@ void warn_of_units(const Scene& scene, StepPlan& plan) {
   }
 }
 
-/// Warns if the force at which the tip cuts presses the cells below it by more than half their
-/// height.
+/// Warns if the force at which the tip cuts the first cells presses them by more than half their
+/// height. Deeper tissue has another stiffness than the one that `plan.tip.grid` is computed from.
 void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   double force = 0.0;
   for (const PathInterval& interval : path.intervals()) {
-    if (std::isfinite(interval.puncture_force)) {
+    if (interval.begin < plan.tip.spacing && std::isfinite(interval.puncture_force)) {
       force = std::max({force, interval.puncture_force, interval.cutting_force});
     }
   }

@@ -655,6 +655,16 @@ std::string rate_text(double rate) {
   return rate < 1e3 ? plain(rate, "Hz") : plain(1e-3 * rate, "kHz");
 }
 
+/// Sentence about the time of a tick, mean and slowest, as shares of its period.
+std::string shares_of_period(const FinishedRun& run) {
+  const double period = run.trace.h * run.trace.substeps;
+  const auto ticks = static_cast<double>(std::max<long>(1, static_cast<long>(run.trace.ticks)));
+  return "At " + rate_text(run.rate) + " a tick takes " +
+         short_number(100.0 * run.trace.seconds / ticks / period, 2) +
+         " % of its period, the slowest " +
+         short_number(100.0 * run.trace.slowest_tick / period, 2) + " %.";
+}
+
 /// Verdict on a run with the wall clock.
 std::string punctuality_verdict(const FinishedRun& run) {
   return rate_text(run.rate) + (run.late() ? " is not held" : " is held");
@@ -720,7 +730,8 @@ RunReport report_of(const RunOptions& options, const LoadedScene& loaded, const 
                                         quantity(trace.time.back(), "s");
   report.detail = trace.diverged
                       ? "The motion left every bound; the traces are kept up to there."
-                      : std::to_string(trace.ticks) + " ticks, every state finite and in bounds.";
+                      : std::to_string(trace.ticks) + " ticks, every state finite and in bounds. " +
+                            shares_of_period(run);
   if (const auto reasons = doubts(trace); !reasons.empty() && !trace.diverged) {
     report.verdict += ", but not reliable";
     report.detail = reasons.front() + ".";

@@ -136,6 +136,20 @@ TEST("implicit Euler says how it damps the first mode, with substeps that end th
   CHECK(midpoint.warnings.empty());
 }
 
+TEST("cells are compared with the force that cuts them, not with that of deeper tissue") {
+  Scene scene = layered_scene();
+  const std::string_view warning = "the tip presses the first cells";
+  for (Material& material : scene.materials) { material.cutting_force = 1e-3; }
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+  const auto cut = [&scene](const std::string& name, double force) {
+    std::ranges::find(scene.materials, name, &Material::name)->cutting_force = force;
+  };
+  cut(scene.tissue.layers.back().material, 100.0);
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+  cut(scene.tissue.layers.front().material, 100.0);
+  CHECK(mentions(plan_of(scene).warnings, warning));
+}
+
 TEST("the printed form takes Euler-Cromer and one step a tick") {
   Scene scene = moving_scene("auto");
   scene.simulation.printed = PrintedForm::all();
