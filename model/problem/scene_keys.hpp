@@ -331,6 +331,13 @@ template <class Visitor, Is<RelaxationBranch> T> void fields(Visitor& v, T& b) {
   v.value("time", b.time, required({"s", range::positive, "Time in which it decays to 1/e"}));
 }
 
+template <class Visitor, Is<ModulusChange> T> void fields(Visitor& v, T& c) {
+  v.value("time", c.time,
+          required({"s", range::non_negative, "Time of the change; the nearest border of a tick"}));
+  v.value("youngs_modulus", c.youngs_modulus,
+          required({"Pa", range::positive, "Young's modulus from then on; strains stay"}));
+}
+
 template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
   v.value("name", m.name,
           required({.doc = "Name; replaces the library material of the same name"}));
@@ -352,6 +359,7 @@ template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
   v.at_most_one("viscosity", "retardation_time");
   v.optional_table("stiffening", m.stiffening);
   v.list("relaxation", m.relaxation);
+  v.list("change", m.changes);
   v.value("puncture_force", m.puncture_force,
           {"N", range::non_negative,
            "Force at which the needle tip begins to cut; left out: cutting_force"});

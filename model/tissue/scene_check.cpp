@@ -408,9 +408,28 @@ class Checker : private Rules {
            "shares of " + number_in_words(1.0 - law.lasting_share()) +
                " in all; must be < 1, so that some stiffness lasts");
     }
+    check_changes();
     must(!any || !SpringLaw::is_printed(scene_.simulation.printed), "simulation.equations",
          "a printed form of the spring force; materials with stiffening or relaxation need the "
          "corrected one");
+  }
+
+  void check_changes() {
+    const Tissue& tissue = scene_.tissue;
+    const bool built =
+        tissue.source == Source::layers ||
+        (tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::cell);
+    for (std::size_t n = 0; n < scene_.materials.size(); ++n) {
+      const std::vector<ModulusChange>& changes = scene_.materials[n].changes;
+      must(changes.empty() || built, at("material", n, "change"),
+           "must be left out: only layers and a lattice of cells are built of materials again");
+      for (std::size_t k = 1; k < changes.size(); ++k) {
+        must(changes[k].time > changes[k - 1].time,
+             at("material", n, "change[" + std::to_string(k) + "].time"),
+             number_in_words(changes[k].time) + " s after " + number_in_words(changes[k - 1].time) +
+                 " s; times must ascend");
+      }
+    }
   }
 
   void check_source() {

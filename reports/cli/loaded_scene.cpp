@@ -21,7 +21,7 @@ std::string known_integrators() {
   return names;
 }
 
-Simulation make_simulation(const io::SceneFile& file, bool no_skip, double spare) {
+ModelSubject loaded_model(const io::SceneFile& file, bool no_skip, double spare) {
   const std::string& name = file.scene.simulation.integrator;
   if (name != "auto" && find_integrator(name) == nullptr) {
     throw InputError(file.where("simulation.integrator") + ": unknown integrator \"" + name +
@@ -30,7 +30,9 @@ Simulation make_simulation(const io::SceneFile& file, bool no_skip, double spare
   try {
     Scene scene = file.scene;
     scene.simulation.duration += spare;
-    return Simulation(scene, !no_skip);
+    ModelSubject subject;
+    subject.load(scene, !no_skip);
+    return subject;
   } catch (const std::invalid_argument& problem) {
     throw InputError(file.where("simulation.integrator") + ": " + problem.what());
   }
@@ -42,10 +44,10 @@ LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& o
                        bool no_skip, double spare) {
   const auto begin = std::chrono::steady_clock::now();
   io::SceneFile file = io::read_scene(path, options.overrides);
-  Simulation simulation = make_simulation(file, no_skip, spare);
+  ModelSubject subject = loaded_model(file, no_skip, spare);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {std::move(file), ModelSubject(std::move(simulation)), seconds};
+  return {std::move(file), std::move(subject), seconds};
 }
 
 std::unique_ptr<Subject> foreign_subject(const SubjectChoice& choice, const LoadedScene& loaded,

@@ -34,6 +34,10 @@ Capabilities needs_of(const Scene& scene, const SpringNetwork& network) {
   if (scene.simulation.printed.any()) {
     throw CannotDo("only the model has the printed equations of the paper");
   }
+  const auto changes = [](const Material& material) { return !material.changes.empty(); };
+  if (std::ranges::any_of(scene.materials, changes)) {
+    throw CannotDo("only the model changes materials during a run");
+  }
   Capabilities needs = 0;
   const auto add = [&](bool needed, Capabilities bit) { needs |= needed ? bit : 0; };
   add(!network.springs.empty(), PALPATE_CAN_SPRINGS);

@@ -100,14 +100,24 @@ class ModelSubject final : public Subject {
             .capabilities = every_capability & ~(PALPATE_CAN_OWN_DISCRETISATION |
                                                  PALPATE_CAN_SET_STATE | PALPATE_CAN_ENERGY)};
   }
-  void load(const Scene& scene, const SpringNetwork& network, bool skip) override {
-    network.node_count() == 0 ? simulation_.emplace(scene, skip)
-                              : simulation_.emplace(scene, network, skip);
-  }
+  /// A step that begins with a change of a material allocates.
+  void load(const Scene& scene, const SpringNetwork& network, bool skip) override;
+  /// Prepares a scene with its own tissue.
+  void load(const Scene& scene, bool skip);
   StepStatus step(const std::optional<ToolInput>& input) noexcept override {
+    if (next_change_ < changes_.size() && changes_[next_change_].tick <= ticks()) {
+      if (!change_materials()) { return StepStatus::diverged; }
+    }
     if (input) { simulation_->move_handle(input->position, input->velocity); }
     return simulation_->tick();
   }
+  /// Goes on with `next`, which is prepared to continue the present simulation; `next` gets the
+  /// present one. Between two steps. Does not allocate.
+  void exchange(Simulation& next) noexcept {
+    next.continue_from(*simulation_);
+    std::swap(*simulation_, next);
+  }
+  [[nodiscard]] std::string failure() const override { return failure_; }
   [[nodiscard]] double time() const noexcept override { return simulation_->time(); }
   [[nodiscard]] long ticks() const noexcept override { return simulation_->ticks(); }
   [[nodiscard]] long tick_count() const noexcept override { return simulation_->tick_count(); }
@@ -149,7 +159,21 @@ class ModelSubject final : public Subject {
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
 
  private:
+  struct Change {
+    long tick = 0;  ///< ticks completed before it
+    std::size_t material = 0;
+    double youngs_modulus = 0.0;  ///< [Pa]
+  };
+  void take_changes(const Scene& scene, bool skip);
+  bool change_materials() noexcept;
+
   std::optional<Simulation> simulation_{};
+  std::optional<Simulation> first_{};  ///< after a change: others may refer to its plan
+  Scene scene_{};                      ///< with the present materials; only if these change
+  bool skip_ = true;
+  std::vector<Change> changes_{};
+  std::size_t next_change_ = 0;
+  std::string failure_{};
 };
 
 }  // namespace palpate
