@@ -20,7 +20,7 @@ values = ("0", "-1", "1e308", "-1e308", "1e-308", "nan", "inf", "-inf", "9e18", 
           "[" + "1.0," * 20000 + "1.0]", "1e-30", "1e30")
 memory = 2 << 30   # [bytes] of address space: a scene of this size needs less
 processor = 20     # [s]; the slowest of these scenes takes four without the extreme value
-wall = 120         # [s] for a process that waits, on a machine that runs other tests too
+wall = 600         # [s] for a process that waits, on a machine that runs other tests too
 
 
 def numeric_keys(manual):

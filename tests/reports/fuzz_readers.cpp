@@ -5,6 +5,8 @@
 #include "tests/fuzz_readers.hpp"
 
 #include <array>
+#include <cerrno>
+#include <csignal>
 #include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -187,6 +189,10 @@ class LiveRun {
         live::live_page(scene_, network, network.network().rest_position, {"fat"}, "");
     server_ = std::make_unique<live::LiveServer>(*loop_, page, token, 0);
     server_->start();
+    sigset_t alarm;  // of the fuzzer's timer: would interrupt connect() and recv()
+    sigemptyset(&alarm);
+    sigaddset(&alarm, SIGALRM);
+    pthread_sigmask(SIG_BLOCK, &alarm, nullptr);
   }
 
   /// Sends bytes as one client, in which "@P" and "@T" of the head are port and token, and reads
