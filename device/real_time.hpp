@@ -53,6 +53,8 @@ class DeadlineClock {
   /// Waits for the next tick and returns the time at which it was due [s]. Returns at once if the
   /// tick is overdue. The first call is tick 0 and due immediately. Does not allocate or lock.
   double wait() noexcept;
+  /// Delays all later releases by these seconds: time that the ticks do not make up.
+  void put_off(double seconds) noexcept { begin_ += seconds; }
   [[nodiscard]] const DeadlineFacts& facts() const { return facts_; }
   [[nodiscard]] double now() const noexcept { return clock_.now(); }  ///< [s]
 

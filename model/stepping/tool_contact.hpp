@@ -217,7 +217,8 @@ template <class Real> class ToolContact : public ToolState {
     };
     return knots_.size() == other.knots_.size() && supports_.size() == other.supports_.size() &&
            path_.intervals().size() == other.path_.intervals().size() &&
-           std::ranges::equal(drags_, other.drags_, of_same_interval) && tool_ == other.tool_;
+           std::ranges::equal(drags_, other.drags_, of_same_interval) &&
+           is_coordinate() == other.is_coordinate();
   }
   /// Takes the state of the same tool between two steps, in tissue with other stiffnesses at the
   /// same positions. The caller computes the forces.

@@ -91,38 +91,79 @@ class Live {
     this.find('pressure-figure').hidden = !about.pressure;
     drawing.tissue.header.step = about.step;
     drawing.tissue.header.displacement = 100 * about.step;
-    if (about.tool) { this.makeArrow(); }
+    if (about.tool) { this.makeForces(); }
     this.listen();
     this.connect();
   }
-  // The force of the tissue on the tool, beside its tip and along its line; seen through the tissue.
-  makeArrow() {
-    const header = this.drawing.tissue.header;
-    const material = new THREE.MeshBasicMaterial({ color: 0xd55e00, depthTest: false, transparent: true,
-                                                   side: THREE.DoubleSide });
-    const size = this.size = Math.hypot(...header.extent) || 0.01;
-    const part = (geometry, moved) => {
-      const mesh = new THREE.Mesh(geometry.translate(0, moved, 0), material);
-      mesh.renderOrder = 1000;
-      return mesh;
-    };
-    this.shaft = part(new THREE.CylinderBufferGeometry(0.006 * size, 0.006 * size, 1, 16), 0.5);
-    this.head = part(new THREE.ConeBufferGeometry(0.016 * size, 0.04 * size, 20), 0.02 * size);
-    this.arrow = new THREE.Group();
-    this.arrow.add(this.shaft, this.head);
-    const outwards = new THREE.Vector3(...header.tool.direction).negate();
-    this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), outwards);
-    this.drawing.scene.add(this.arrow);
+  // Force lines beside the tip, along the tool: what the hand gives on one side, the parts of the tissue's force on the
+  // other, all on one scale. They are seen through the tissue.
+  makeForces() {
+    this.size = Math.hypot(...this.drawing.tissue.header.extent) || 0.01;
+    const inwards = new THREE.Vector3(...this.drawing.tissue.header.tool.direction);
+    const needle = this.about.needle;
+    this.lines = [['hand', 'applied', 0, -1], [needle ? 'tip, cutting' : '', 'cutting', 1, 1],
+                  [needle ? 'tip, pressing' : 'tissue', 'pressing', needle ? 3 : 1, 1], [needle ? 'friction of the shaft' : '', 'friction', 2, 1]]
+      .filter((each) => each[0]).map(([label, key, series, side], n) => {
+        const material = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true, side: THREE.DoubleSide });
+        const part = (geometry, moved) => {
+          const mesh = new THREE.Mesh(geometry.translate(0, moved, 0), material);
+          mesh.renderOrder = 1000;
+          return mesh;
+        };
+        const line = { label: label, key: key, series: '--series-' + series, material: material, group: new THREE.Group(),
+                       shaft: part(new THREE.CylinderBufferGeometry(0.0045 * this.size, 0.0045 * this.size, 1, 12), 0.5),
+                       head: part(new THREE.ConeBufferGeometry(0.012 * this.size, 0.03 * this.size, 16), 0.015 * this.size),
+                       aside: (side < 0 ? -0.05 : 0.022 + 0.028 * n) * this.size, inwards: side < 0 };
+        line.group.add(line.shaft, line.head);
+        line.group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), inwards.clone().multiplyScalar(side < 0 ? 1 : -1));
+        this.drawing.scene.add(line.group);
+        const row = document.createElement('li');
+        row.append(document.createElement('i'), label, line.says = document.createElement('output'));
+        row.firstChild.style.background = 'var(' + line.series + ')';
+        this.find('lines').append(row);
+        return line;
+      });
+    this.drawing.canvas.parentElement.append(this.find('lines'));
+    this.find('lines').hidden = false;
+    this.perNewton = 0;
+    this.colourForces();
   }
-  moveArrow(state) {
+  colourForces() {
+    const style = getComputedStyle(document.documentElement);
+    (this.lines || []).forEach((line) => line.material.color.set(style.getPropertyValue(line.series).trim()));
+  }
+  moveForces(state) {
     const tool = this.drawing.tissue.header.tool;
-    const length = Math.min(0.5, 0.04 * Math.abs(state.reaction)) * this.size;
-    this.arrow.visible = length > 0.002 * this.size;
     const tip = tool.origin.map((x, c) => x + state.place * tool.direction[c]);
-    this.arrow.position.set(tip[0] + 0.05 * this.size, tip[1], tip[2]);
-    this.arrow.scale.y = state.reaction < 0 ? -1 : 1;  // tissue that holds the shaft back points inwards
-    this.shaft.scale.y = Math.max(length, 1e-6);
-    this.head.position.y = length;
+    // The scale halves when a line would be longer than 0.4 of the tissue, and begins again with a reset.
+    const most = Math.max(...this.lines.map((line) => Math.abs(state[line.key])));
+    if (!this.perNewton) { this.perNewton = 0.16 * this.size; }
+    while (most * this.perNewton > 0.4 * this.size) { this.perNewton /= 2; }
+    this.lines.forEach((line) => {
+      const value = state[line.key];
+      const length = Math.abs(value) * this.perNewton;
+      line.group.visible = length > 0.003 * this.size;
+      // The line of the hand ends at the tip if it pushes; all others begin there.
+      const back = line.inwards && value > 0 ? length + 0.03 * this.size : 0;
+      line.group.position.set(...tip.map((x, c) => x - back * tool.direction[c] + (c === 0 ? line.aside : 0)));
+      line.group.scale.y = value < 0 ? -1 : 1;
+      line.shaft.scale.y = Math.max(length, 1e-6);
+      line.head.position.y = length;
+      line.says.textContent = inWords(Math.abs(value) < 5e-4 ? 0 : value, 'N');
+    });
+    const scale = this.find('lines-scale');
+    const pixels = this.perNewton * this.pixelsPerMetre();  // of 1 N
+    const shown = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20].find((force) => force * pixels >= 30) || 50;
+    scale.textContent = inWords(shown, 'N');
+    scale.style.setProperty('--length', (shown * pixels).toFixed(1) + 'px');
+  }
+  // Pixels of a metre at the tool's entry, across the line of sight.
+  pixelsPerMetre() {
+    const camera = this.drawing.camera, canvas = this.drawing.canvas;
+    const at = new THREE.Vector3(...this.drawing.tissue.header.tool.origin);
+    const aside = new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, 0).multiplyScalar(0.01).add(at);
+    const a = at.project(camera), b = aside.project(camera);
+    return Math.hypot((b.x - a.x) * canvas.clientWidth, (b.y - a.y) * canvas.clientHeight) / 2 / 0.01;
   }
   // ---- the line ----
   connect() {
@@ -147,7 +188,8 @@ class Live {
     ++this.frames;
     this.root.dataset.frames = this.frames;
     this.root.dataset.state = 'open';
-    if (this.state && state.run !== this.state.run) { this.force.clear(); this.pressure.clear(); this.target = undefined; }
+    if (this.state && state.run !== this.state.run) { this.force.clear(); this.pressure.clear(); this.target = undefined; this.perNewton = 0; }
+    this.root.dataset.run = state.run;
     this.state = state;
     this.force.add(state.time, [state.applied, state.reaction]);
     this.pressure.add(state.time, [state.pressure / pascals_per_mmhg]);
@@ -166,7 +208,7 @@ class Live {
     let most = header.displacement / header.step;
     this.moved.forEach(function (value) { most = Math.max(most, Math.abs(value)); });
     header.displacement = most * header.step;
-    if (this.arrow) { this.moveArrow(state); }
+    if (this.lines) { this.moveForces(state); }
     this.controls.set({ frame: 0 });
     this.force.draw();
     if (this.about.pressure) { this.pressure.draw(); }
@@ -208,10 +250,18 @@ class Live {
     this.find('start').textContent = state.running && !state.ended ? 'Pause' : 'Start';
     this.find('start').disabled = state.ended > 0;
     const warning = state.ended === 2 ? 'The simulation diverged. Reset loads the scene again.'
-      : state.ended === 1 ? 'The longest run is over. Reset begins again.' : '';
+      : state.ended === 1 ? 'The longest run is over. Reset begins again.'
+      : state.too_slow ? 'Paused without force: this computer cannot compute a tick within ' + inWords(this.about.period, 's') +
+        ', and a device needs real time. Take fewer nodes or a smaller simulation.near_radius.'
+      : state.pace < 0.9 ? 'Slow motion, ' + Math.round(100 * state.pace) + ' % of real time: this computer cannot compute a tick within ' +
+        inWords(this.about.period, 's') + '. ' + state.left_out.toFixed(1) + ' s were left out so far.' : '';
     this.find('warning').hidden = !warning;
     this.find('warning').textContent = warning;
     if (this.about.tool) { this.sayGrip(state); }
+    const materials = state.changing === 2 ? 'Takes effect at the next reset: the state cannot be carried over to these materials.'
+      : state.changing && !state.running ? 'Takes effect when the run goes on.'
+      : state.changing ? 'Is being prepared.' : state.changed >= 0 ? 'Changed at ' + secondsInWords(state.changed) + '.' : '';
+    if (this.find('materials-says').textContent !== materials) { this.find('materials-says').textContent = materials; }
     this.sayHoming(state.device);
   }
   sayGrip(state) {
@@ -337,14 +387,15 @@ async function startLive() {
     const controls = new Controls(drawing, new ViewCamera(drawing));
     document.getElementById('view-show-lines').parentElement.remove();
     document.getElementById('view-help').textContent = 'Drag the tool along its line to hold it; drag elsewhere to turn, with shift to move; ' +
-      'use the wheel once the picture was clicked. The arrow shows the force of the tissue on the tool.';
+      'use the wheel once the picture was clicked.';
     why.hidden = true;
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', function () {
       drawing.followTheme();
+      live.colourForces();
       controls.set({});
     });
     new ResizeObserver(() => requestAnimationFrame(() => drawing.draw())).observe(canvas);
-    new Live(about, drawing, controls);
+    const live = new Live(about, drawing, controls);
   } catch (problem) {
     why.textContent = 'No live view: ' + problem.message + '.';
     document.getElementById('live').dataset.state = 'failed';

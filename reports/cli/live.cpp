@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <optional>
+#include <pthread.h>
 #include <string>
 #include <thread>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "device/real_time.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/scene_file.hpp"
+#include "fixtures/io/scene_keys.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reports/cli/commands.hpp"
@@ -42,16 +44,23 @@ struct LiveCommandOptions : CommonOptions {
 constexpr std::string_view falcon_prefix = "falcon:";
 constexpr std::size_t most_firmware = std::size_t{1} << 20U;  // [bytes]; images have some 8 kB
 
-/// Returns the names of the materials that layers and inclusions use, at most as many as the loop
-/// keeps factors for.
+/// Returns the names of the materials that the tissue is built of, at most as many as the loop
+/// keeps factors for. Meshes and images are built of theirs when they are read.
 std::vector<std::string> materials_of(const Scene& scene) {
   std::vector<std::string> names;
   const auto add = [&names](const std::string& name) {
     const bool known = std::ranges::find(names, name) != names.end();
     if (!known && names.size() < most_materials) { names.push_back(name); }
   };
-  for (const Layer& layer : scene.tissue.layers) { add(layer.material); }
-  for (const Inclusion& inclusion : scene.tissue.inclusions) { add(inclusion.material); }
+  const Tissue& tissue = scene.tissue;
+  const bool cells =
+      tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::cell;
+  if (cells) { add(tissue.lattice.material); }
+  if (tissue.source == Source::layers) {
+    for (const Layer& layer : tissue.layers) { add(layer.material); }
+  }
+  if (!cells && tissue.source != Source::layers) { return names; }
+  for (const Inclusion& inclusion : tissue.inclusions) { add(inclusion.material); }
   return names;
 }
 
@@ -65,6 +74,9 @@ Scene live_scene(const io::SceneFile& file, double duration) {
     scene.drive = drive;
   }
   scene.simulation.duration = duration;
+  for (Material& material : scene.materials) {
+    material.changes.clear();
+  }  // the sliders change them
   return scene;
 }
 
@@ -74,7 +86,8 @@ class LiveSession {
       : options_(options),
         file_(std::make_shared<const io::SceneFile>(
             io::read_scene(options.scene, options.overrides))),
-        scene_(live_scene(*file_, options.duration)),
+        given_(live_scene(*file_, options.duration)),
+        scene_(given_),
         materials_(materials_of(scene_)) {
     if (scene_.tissue.source == Source::oscillator) {
       throw InputError(options.scene.string() + ": an oscillator is not tissue; a network");
@@ -111,7 +124,10 @@ class LiveSession {
       std::fprintf(stderr,
                    "palpate: open this address in a browser on this machine; Ctrl-C ends\n");
     }
-    std::thread loop([this] { keep_running(); });
+    std::thread loop([this] {
+      pthread_setname_np(pthread_self(), "loop");  // for those who measure its processor time
+      keep_running();
+    });
     loop.join();
     server_->stop();
     if (grip_) { grip_->stop(); }
@@ -161,18 +177,26 @@ class LiveSession {
         const fs::path folder = number == 1 ? folder_ : folder_ / ("run-" + std::to_string(number));
         run_once(folder);
         if (interrupted) { return; }
-        load_changed();
+        scene_ = with_stiffness(given_, materials_, loop_->stiffness());
+        load();
       }
     } catch (...) { failure_ = std::current_exception(); }
   }
 
   void run_once(const fs::path& folder) {
     fs::create_directories(folder);
-    fs::remove(folder / "summary.json");  // of an earlier run, if this one is killed
+    for (const char* of_earlier_run : {"summary.json", "times.csv", "scene.toml"}) {
+      fs::remove(folder / of_earlier_run);  // in case this one is killed
+    }
     std::optional<RowWriter> writer;
-    loop_->begin(*subject_);
-    if (!options_.no_record) { writer.emplace(*loop_, folder / "trace.csv"); }
     device::DeadlineClock clock(scene_.simulation.step);
+    loop_->begin(*subject_, &clock);
+    if (!options_.no_record) { writer.emplace(*loop_, folder / "trace.csv"); }
+    std::optional<MaterialBuilder> builder;
+    if (const auto* model = dynamic_cast<const ModelSubject*>(subject_.get());
+        model != nullptr && !materials_.empty()) {
+      builder.emplace(*loop_, *model, given_, materials_, loop_->stiffness());
+    }
     Trace trace;
     {
       std::optional<device::LockedMemory> memory;
@@ -186,6 +210,14 @@ class LiveSession {
       trace = roll_out(*subject_, scene_, {.every = subject_->tick_count()},
                        {.stop = &interrupted, .clock = &clock, .hook = &*loop_});
     }
+    changes_.clear();
+    if (builder) {
+      changes_ = builder->finish();
+      if (!builder->refusal().empty()) {
+        std::fprintf(stderr, "palpate: materials change at the next reset: %s\n",
+                     builder->refusal().c_str());
+      }
+    }
     const bool whole = !writer || writer->finish();
     write_summary(folder, trace, writer ? writer->rows() : 0, whole);
     if (!interrupted && !loop_->wants_reset()) {
@@ -193,32 +225,37 @@ class LiveSession {
     }
   }
 
-  /// Loads the scene with the stiffness that the sliders say.
-  void load_changed() {
+  /// Scene that replays the run, in the folder of its trace. Empty without a tool.
+  [[nodiscard]] std::string replay_scene(const fs::path& folder, double duration) const {
+    if (!scene_.drive) { return {}; }
+    std::vector<std::pair<std::string, std::string>> changes = io::inputs_seen_from(*file_, folder);
+    const auto set = [&](const std::string& key, const std::string& value) {
+      changes.emplace_back(key, value);
+    };
+    set("drive.kind", "\"recorded\"");
+    set("drive.recording", "\"trace.csv\"");
+    set("simulation.duration", io::number_text(duration));
     for (std::size_t n = 0; n < materials_.size(); ++n) {
-      const double own =
-          std::ranges::find(file_->scene.materials, materials_[n], &Material::name)->youngs_modulus;
-      std::ranges::find(scene_.materials, materials_[n], &Material::name)->youngs_modulus =
-          own * loop_->stiffness()[n];
+      const std::string key = "material." + materials_[n];
+      const auto modulus = [&](const Scene& scene) {
+        return std::ranges::find(scene.materials, materials_[n], &Material::name)->youngs_modulus;
+      };
+      if (modulus(scene_) != modulus(given_)) {
+        set(key + ".youngs_modulus", io::number_text(modulus(scene_)));
+      }
+      std::string list;
+      for (const MaterialBuilder::Change& change : changes_) {
+        if (change.material != n) { continue; }
+        const double time = static_cast<double>(change.tick) * scene_.simulation.step;
+        list += (list.empty() ? "" : ", ") +
+                ("{time = " + io::number_text(time) +
+                 ", youngs_modulus = " + io::number_text(modulus(given_) * change.factor) + "}");
+      }
+      const auto given = std::ranges::find(file_->scene.materials, materials_[n], &Material::name);
+      if (!list.empty() || !given->changes.empty()) { set(key + ".change", "[" + list + "]"); }
     }
-    load();
-  }
-
-  /// Scene that replays the run, in the folder of its trace. Empty without a tool, and for scenes
-  /// with other files, whose names are relative to the folder of the scene.
-  [[nodiscard]] std::string replay_scene(double duration) const {
-    if (!scene_.drive || file_->inputs.size() > 1) { return {}; }
-    io::SceneFile file = *file_;
-    file.overrides.insert(file.overrides.end(),
-                          {"drive.kind=\"recorded\"", "drive.recording=\"trace.csv\""});
-    std::vector<std::pair<std::string, double>> changes{{"simulation.duration", duration}};
-    for (const std::string& name : materials_) {
-      const auto now = std::ranges::find(scene_.materials, name, &Material::name);
-      const auto own = std::ranges::find(file_->scene.materials, name, &Material::name);
-      if (now->youngs_modulus == own->youngs_modulus) { continue; }
-      changes.emplace_back("material." + name + ".youngs_modulus", now->youngs_modulus);
-    }
-    return io::rewrite_scene(file, changes, {"Replays the live run whose trace.csv is beside it."});
+    return io::rewrite_scene(*file_, changes,
+                             {"Replays the live run whose trace.csv is beside it."});
   }
 
   void write_summary(const fs::path& folder, const Trace& trace, long rows, bool whole) const {
@@ -226,24 +263,42 @@ class LiveSession {
     const auto us_of = [](std::optional<double> seconds) {
       return seconds ? std::optional(1e6 * *seconds) : std::nullopt;
     };
-    const certificate::LatencyHistogram& response = loop_->record().response;
+    const auto times_of = [&](const certificate::LatencyHistogram& times) {
+      return object("median", us_of(times.percentile(0.5)), "p99", us_of(times.percentile(0.99)),
+                    "p99_9", us_of(times.percentile(0.999)), "p99_99",
+                    us_of(times.percentile(0.9999)), "worst", 1e6 * times.maximum());
+    };
     const auto json = object(
         "status", trace.diverged ? "diverged" : "ok", "scene", options_.scene.filename().string(),
-        "device", options_.device, "steps", static_cast<long>(state.ticks), "duration_s",
-        state.time, "rows", rows, "rows_lost", static_cast<long>(state.lost_rows), "rows_whole",
-        whole, "periods", static_cast<long>(state.periods), "missed",
-        static_cast<long>(state.missed), "response_us",
-        object("median", us_of(response.percentile(0.5)), "p99", us_of(response.percentile(0.99)),
-               "p99_9", us_of(response.percentile(0.999)), "p99_99",
-               us_of(response.percentile(0.9999)), "worst", 1e6 * response.maximum()),
-        "scheduling", rights_.second.empty() ? "SCHED_FIFO" : rights_.second, "memory",
+        "device", options_.device, "period_s", scene_.simulation.step, "steps",
+        static_cast<long>(state.ticks), "duration_s", state.time, "rows", rows, "rows_lost",
+        static_cast<long>(state.lost_rows), "rows_whole", whole, "periods",
+        static_cast<long>(state.periods), "missed", static_cast<long>(state.missed), "left_out_s",
+        state.left_out, "response_us", times_of(loop_->record().response), "work_us",
+        times_of(loop_->record().compute), "material_changes", changes_.size(), "scheduling",
+        rights_.second.empty() ? "SCHED_FIFO" : rights_.second, "memory",
         rights_.first.empty() ? "locked" : rights_.first);
     const io::WholeWrite together;
     io::replace_file(folder / "summary.json", json.dump(2) + "\n");
+    io::replace_file(folder / "times.csv", times_table());
     if (options_.no_record) { return; }
-    if (const std::string text = replay_scene(state.time); !text.empty()) {
+    if (const std::string text = replay_scene(folder, state.time); !text.empty()) {
       io::replace_file(folder / "scene.toml", text);
     }
+  }
+
+  /// Returns the numbers of periods by their times, without the times that no period has.
+  [[nodiscard]] std::string times_table() const {
+    const certificate::LoopRecord& record = loop_->record();
+    const auto response = record.response.counts();
+    const auto work = record.compute.counts();
+    std::string text = "time_us,response,work\n";
+    for (std::size_t n = 0; n < response.size(); ++n) {
+      if (response[n] == 0 && work[n] == 0) { continue; }
+      text += std::to_string(n) + "," + std::to_string(response[n]) + "," +
+              std::to_string(work[n]) + "\n";
+    }
+    return text;
   }
 
   void tell() const {
@@ -258,6 +313,10 @@ class LiveSession {
             ? 1e-3 * static_cast<double>(counts.bytes) / static_cast<double>(counts.frames)
             : 0.0,
         counts.dropped, counts.refused);
+    if (state.left_out > 0.0) {
+      std::printf("%.1f s were not made up: this computer needs longer than %.3g ms for a tick\n",
+                  state.left_out, 1e3 * scene_.simulation.step);
+    }
     if (grip_) {
       const device::falcon::GripThreadCounts& device = grip_->counts();
       std::printf(
@@ -272,7 +331,8 @@ class LiveSession {
 
   const LiveCommandOptions& options_;
   std::shared_ptr<const io::SceneFile> file_;
-  Scene scene_;
+  Scene given_;  ///< with the materials of the file
+  Scene scene_;  ///< with those that a run begins with
   std::vector<std::string> materials_;
   std::unique_ptr<Subject> subject_{};
   std::optional<device::TerminalLink> line_{};
@@ -280,7 +340,8 @@ class LiveSession {
   std::unique_ptr<LiveLoop> loop_{};
   std::optional<LiveServer> server_{};
   fs::path folder_{};
-  std::pair<std::string, std::string> rights_{};  ///< refusals of memory and scheduling
+  std::pair<std::string, std::string> rights_{};    ///< refusals of memory and scheduling
+  std::vector<MaterialBuilder::Change> changes_{};  ///< of the last run
   std::exception_ptr failure_{};
 };
 

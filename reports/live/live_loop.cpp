@@ -6,8 +6,10 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <pthread.h>
 
 #include "fixtures/io/csv_file.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "reports/live/frame_codec.hpp"
 
 namespace palpate::live {
@@ -60,16 +62,20 @@ LiveLoop::LiveLoop(const Scene& scene, Subject& subject, const LiveOptions& opti
       step_(scene.simulation.step),
       publish_every_(
           std::max(1L, static_cast<long>(std::floor(1.0 / (frames_per_second * step_))))),
-      record_(step_) {
+      record_(step_),
+      model_(dynamic_cast<ModelSubject*>(&subject)) {
   stiffness_.fill(1.0);
+  wanted.set(stiffness_);
   grip_.set_speed(drive_.speed);
   for (const Column& column : subject.columns()) { names_.push_back(column.name); }
   const auto place_of = [this](std::string_view name) {
     const auto found = std::ranges::find(names_, name);
     return found == names_.end() ? -1 : static_cast<int>(found - names_.begin()) + 1;
   };
-  column_ = {place_of("tool.depth_m"), place_of("tool.force_n"), place_of("tool.applied_n"),
-             place_of("syringe.pressure_pa")};
+  column_ = {place_of("tool.depth_m"),    place_of("tool.force_n"),
+             place_of("tool.applied_n"),  place_of("syringe.pressure_pa"),
+             place_of("tool.cutting_n"),  place_of("tool.friction_n"),
+             place_of("tool.stiffness_n")};
   row_.resize(1 + names_.size() + (has_tool_ ? 2 : 0));
   state_.running = 1.0;
 }
@@ -81,10 +87,15 @@ std::vector<std::string> LiveLoop::row_names() const {
   return names;
 }
 
-void LiveLoop::begin(Subject& subject) {
+void LiveLoop::begin(Subject& subject, device::DeadlineClock* clock) {
+  clock_ = clock;
+  second_began_ = -1.0;
+  slow_seconds_ = 0;
   if (reset_) { state_.run += 1.0; }
   reset_ = false;
   state_.ended = state_.ticks = 0.0;
+  present_ = stiffness_;
+  state_.changed = -1.0;
   device_held_ = false;
   if (has_tool_) {
     grip_.place_at(subject.tool_motion().place);
@@ -114,6 +125,7 @@ void LiveLoop::obey(const Command& command) noexcept {
   switch (command.kind) {
     case Command::Kind::start:
       state_.running = 1.0;
+      state_.too_slow = 0.0;
       force_.stopped = false;
       break;
     case Command::Kind::pause: state_.running = 0.0; break;
@@ -126,6 +138,8 @@ void LiveLoop::obey(const Command& command) noexcept {
     case Command::Kind::stiffness:
       if (command.index < stiffness_.size()) {
         stiffness_[command.index] = std::clamp(command.value, least_factor, most_factor);
+        wanted.set(stiffness_);
+        compare_materials();
       }
       break;
     case Command::Kind::stop:
@@ -140,7 +154,24 @@ TickOrder LiveLoop::before_tick(Subject& subject) noexcept {
   for (int n = 0; n < most_commands_per_tick && commands.pop(command); ++n) { obey(command); }
   if (reset_) { return {.what = TickOrder::What::end}; }
   if (state_.running == 0.0) { return {.what = TickOrder::What::hold}; }
+  take_materials(subject);
   return {.what = TickOrder::What::step, .input = input(subject)};
+}
+
+void LiveLoop::compare_materials() noexcept {
+  const bool at_reset = model_ == nullptr || needs_reset;
+  state_.changing = stiffness_ == present_ ? 0.0 : at_reset ? 2.0 : 1.0;
+}
+
+void LiveLoop::take_materials(const Subject& subject) noexcept {
+  if (offered.load(std::memory_order_relaxed) == nullptr) { return; }
+  NextSimulation* const next = offered.exchange(nullptr, std::memory_order_acquire);
+  model_->exchange(next->simulation);
+  next->tick = subject.ticks();
+  present_ = next->factors;
+  compare_materials();
+  state_.changed = subject.time();
+  returned.store(next, std::memory_order_release);
 }
 
 std::optional<ToolInput> LiveLoop::input(Subject& subject) noexcept {
@@ -184,7 +215,30 @@ void LiveLoop::after_tick(Subject& subject, const certificate::TickTimes& times,
   state_.periods += 1.0;
   state_.missed = static_cast<double>(record_.misses.count());
   state_.worst = record_.worst_response.seconds;
+  measure_pace(times);
   if (static_cast<long>(state_.periods) % publish_every_ == 0) { publish(subject); }
+}
+
+/// A scene that cannot keep its period runs slower than the clock. With a device it is paused
+/// instead, because a force in slow motion is another one.
+void LiveLoop::measure_pace(const certificate::TickTimes& times) noexcept {
+  if (const double late = times.end - times.due; late > most_late && clock_ != nullptr) {
+    clock_->put_off(late);
+    state_.left_out += late;
+  }
+  if (second_began_ < 0.0) { second_began_ = times.begin; }
+  second_periods_ += 1.0;
+  const double elapsed = times.end - second_began_;
+  if (elapsed < 1.0) { return; }
+  state_.pace = std::min(1.0, second_periods_ * step_ / elapsed);
+  second_began_ = times.end;
+  second_periods_ = 0.0;
+  slow_seconds_ = state_.pace < least_pace ? slow_seconds_ + 1 : 0;
+  if (slow_seconds_ >= 2 && options_.device != nullptr && state_.running != 0.0) {
+    obey({.kind = Command::Kind::stop});
+    state_.too_slow = 1.0;
+    slow_seconds_ = 0;
+  }
 }
 
 void LiveLoop::write_row(Subject& subject) noexcept {
@@ -200,6 +254,9 @@ void LiveLoop::write_row(Subject& subject) noexcept {
   state_.reaction = value_in(row_, column_[1]);
   state_.applied = value_in(row_, column_[2]);
   state_.pressure = value_in(row_, column_[3]);
+  state_.cutting = value_in(row_, column_[4]);
+  state_.friction = value_in(row_, column_[5]);
+  state_.pressing = value_in(row_, column_[6]);
   if (!options_.records) { return; }
   if (rows.write_available() < row_.size()) {
     state_.lost_rows += 1.0;
@@ -212,6 +269,7 @@ void LiveLoop::publish(Subject& subject) noexcept {
   state_.grip = held_.position;
   state_.target = grip_.target();
   state_.speed = grip_.speed();
+  compare_materials();
   Snapshot& snapshot = snapshots.back();
   snapshot.state = state_;
   subject.node_positions(snapshot.position);
@@ -224,6 +282,7 @@ RowWriter::RowWriter(LiveLoop& loop, const std::filesystem::path& file)
   for (const std::string& name : loop.row_names()) { text_ += (text_.empty() ? "" : ",") + name; }
   text_ += '\n';
   thread_ = std::thread([this] {
+    pthread_setname_np(pthread_self(), "rows");  // instead of the name of the thread that starts it
     while (!stop_) {
       write_waiting();
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -258,6 +317,76 @@ void RowWriter::write_waiting() {
     out_.flush();
     text_.clear();
   }
+}
+
+Scene with_stiffness(Scene scene, const std::vector<std::string>& names,
+                     const StiffnessFactors& factors) {
+  for (std::size_t n = 0; n < names.size(); ++n) {
+    std::ranges::find(scene.materials, names[n], &Material::name)->youngs_modulus *= factors[n];
+  }
+  return scene;
+}
+
+MaterialBuilder::MaterialBuilder(LiveLoop& loop, const ModelSubject& subject, Scene scene,
+                                 std::vector<std::string> names, const StiffnessFactors& now)
+    : loop_(loop),
+      subject_(subject),
+      scene_(std::move(scene)),
+      names_(std::move(names)),
+      now_(now) {
+  loop_.needs_reset = false;
+  thread_ = std::thread([this] {
+    pthread_setname_np(pthread_self(), "materials");
+    while (!stop_) {
+      if (refusal_.empty() && loop_.wanted.get() != now_) { build(); }
+      std::this_thread::sleep_for(between_looks);
+    }
+  });
+}
+
+MaterialBuilder::~MaterialBuilder() { (void)finish(); }
+
+const std::vector<MaterialBuilder::Change>& MaterialBuilder::finish() {
+  stop_ = true;
+  if (thread_.joinable()) { thread_.join(); }
+  return changes_;
+}
+
+/// Builds a simulation for the wanted factors and offers it until the loop takes it, the factors
+/// change again, or the run ends.
+void MaterialBuilder::build() {
+  const StiffnessFactors factors = loop_.wanted.front();
+  std::unique_ptr<NextSimulation> next;
+  try {
+    next = make(factors);
+  } catch (const std::exception& problem) {
+    refusal_ = problem.what();
+    loop_.needs_reset = true;
+    return;
+  }
+  loop_.offered.store(next.get(), std::memory_order_release);
+  while (loop_.returned.exchange(nullptr, std::memory_order_acquire) == nullptr) {
+    const bool outdated = stop_ || loop_.wanted.get() != factors;
+    if (outdated && loop_.offered.exchange(nullptr) != nullptr) { return; }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  note(*next);
+}
+
+std::unique_ptr<NextSimulation> MaterialBuilder::make(const StiffnessFactors& factors) const {
+  const Scene changed = with_stiffness(scene_, names_, factors);
+  auto next = std::make_unique<NextSimulation>(
+      NextSimulation{Simulation(changed, build_network(changed)), factors});
+  next->simulation.prepare_to_continue(subject_.simulation());
+  return next;
+}
+
+void MaterialBuilder::note(const NextSimulation& taken) {
+  for (std::size_t n = 0; n < names_.size(); ++n) {
+    if (taken.factors[n] == now_[n]) { continue; }
+    changes_.push_back({taken.tick, n, taken.factors[n]});
+  }
+  now_ = taken.factors;
 }
 
 }  // namespace palpate::live

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,7 +31,7 @@ struct Command {
     drive,      ///< value: target of the grip [m], reached at the set speed
     hold,       ///< value: target of a pointer [m], followed at once
     speed,      ///< value: of the drive [m/s]
-    stiffness,  ///< value: factor of Young's modulus of a material, from the next reset on
+    stiffness,  ///< value: factor of Young's modulus of a material
     stop,       ///< emergency stop: pause, and no force on the device until start
   } kind = Kind::pause;
   double value = 0.0;
@@ -43,6 +44,9 @@ struct LiveState {
   double applied = 0.0;   ///< force of the hand [N]
   double reaction = 0.0;  ///< of the tissue on the tool [N]
   double depth = 0.0;     ///< of the tip, in undeformed tissue [m]
+  double cutting = 0.0;   ///< part of it at a tip that cuts [N]
+  double friction = 0.0;  ///< along the shaft [N]
+  double pressing = 0.0;  ///< on a tip or face that presses, and of bone [N]
   double pressure = 0.0;  ///< of the syringe [Pa]
   double place = 0.0;     ///< of the tool along its path [m]
   double grip = 0.0;      ///< of the hand's end of the coupling [m]
@@ -52,10 +56,15 @@ struct LiveState {
   double periods = 0.0;   ///< of the loop since it began, held ones included
   double missed = 0.0;    ///< periods whose work ended after the deadline
   double worst = 0.0;     ///< largest response time [s]
+  double pace = 1.0;      ///< time of the periods over that of the clock, of the last second
+  double left_out = 0.0;  ///< time that late periods did not make up [s]
+  double too_slow = 0.0;  ///< 1: paused, because with a device the scene must keep its period
   double running = 0.0;   ///< 0: paused
   double ended = 0.0;     ///< 1: the scene is over, 2: diverged; until reset
   double run = 0.0;       ///< number of resets
   double lost_rows = 0.0;
+  double changing = 0.0;      ///< 1: the sliders say other materials; 2: these need a reset
+  double changed = -1.0;      ///< time of the last change of materials in this run [s]; -1: none
   double device = 0.0;        ///< device::falcon::GripState
   double device_force = 0.0;  ///< last force sent to the device, along the tool [N]
 };
@@ -71,6 +80,16 @@ struct Snapshot {
 
  private:
   [[nodiscard]] std::uint64_t sum() const noexcept;
+};
+
+using StiffnessFactors = std::array<double, most_materials>;
+
+/// Simulation with other materials, on its way from its builder to the loop, and the one that it
+/// replaced on its way back.
+struct NextSimulation {
+  Simulation simulation;
+  StiffnessFactors factors{};
+  long tick = 0;  ///< ticks completed when the loop took it
 };
 
 /// Event of the tool, with the number of its run.
@@ -112,14 +131,19 @@ struct LiveOptions {
 class LiveLoop final : public TickHook {
  public:
   static constexpr double frames_per_second = 60.0;
+  /// Lateness that is not made up: later periods are put off instead [s].
+  static constexpr double most_late = 0.25;
+  /// Pace below which a scene counts as too slow for real time.
+  static constexpr double least_pace = 0.9;
 
   /// `scene` must have a coupled tool, or none.
   LiveLoop(const Scene& scene, Subject& subject, const LiveOptions& options);
   LiveLoop(const LiveLoop&) = delete;
   LiveLoop& operator=(const LiveLoop&) = delete;
 
-  /// Prepares a run from t = 0 of a loaded subject. Not during a run.
-  void begin(Subject& subject);
+  /// Prepares a run from t = 0 of a loaded subject. Not during a run. `clock`, that of the run, is
+  /// put off while the loop cannot keep its period.
+  void begin(Subject& subject, device::DeadlineClock* clock = nullptr);
   /// After the end of a run: publishes its last state again and again, until a reset is commanded
   /// or `stop` is set. Not real-time: it sleeps between.
   void wait_for_reset(Subject& subject, bool diverged, const std::atomic<bool>& stop);
@@ -129,7 +153,9 @@ class LiveLoop final : public TickHook {
                   bool stepped) noexcept override;
 
   [[nodiscard]] bool wants_reset() const noexcept { return reset_; }
-  [[nodiscard]] const std::array<double, most_materials>& stiffness() const { return stiffness_; }
+  [[nodiscard]] const StiffnessFactors& stiffness() const { return stiffness_; }
+  /// True if materials can change while the scene runs, and not at a reset only.
+  [[nodiscard]] bool changes_materials() const noexcept { return model_ != nullptr; }
   [[nodiscard]] const certificate::LoopRecord& record() const { return record_; }
   [[nodiscard]] const LiveState& state() const { return state_; }
   [[nodiscard]] std::vector<std::string> row_names() const;
@@ -138,12 +164,19 @@ class LiveLoop final : public TickHook {
   device::Queue<Command, 1024> commands{};
   device::LatestValue<Snapshot> snapshots;
   device::Queue<LiveEvent, 1024> events{};
-  device::Queue<double, 1 << 18> rows{};  ///< some 16 s of a needle with syringe at 1 kHz
+  device::Queue<double, 1 << 18> rows{};           ///< some 16 s of a needle with syringe at 1 kHz
+  device::LatestValue<StiffnessFactors> wanted{};  ///< of materials; the last command's
+  std::atomic<NextSimulation*> offered{nullptr};   ///< taken at the next border of a tick
+  std::atomic<NextSimulation*> returned{nullptr};  ///< taken, with the simulation before it
+  std::atomic<bool> needs_reset{false};  ///< the state cannot be carried over to the materials
 
  private:
   void obey(const Command& command) noexcept;
+  void compare_materials() noexcept;
+  void take_materials(const Subject& subject) noexcept;
   [[nodiscard]] std::optional<ToolInput> input(Subject& subject) noexcept;
   void publish(Subject& subject) noexcept;
+  void measure_pace(const certificate::TickTimes& times) noexcept;
   void write_row(Subject& subject) noexcept;
 
   LiveOptions options_;
@@ -153,12 +186,19 @@ class LiveLoop final : public TickHook {
   double step_;
   long publish_every_;
   std::vector<std::string> names_{};
-  std::vector<double> row_{};    ///< time, columns of the subject, grip
-  std::array<int, 4> column_{};  ///< in row_ of depth, force, applied, pressure; -1: none
+  std::vector<double> row_{};  ///< time, columns of the subject, grip
+  /// In row_ of depth, force, applied, pressure, cutting, friction, stiffness; -1: none.
+  std::array<int, 7> column_{};
+  device::DeadlineClock* clock_ = nullptr;
+  double second_began_ = -1.0;  ///< [s]; below 0: none yet
+  double second_periods_ = 0.0;
+  int slow_seconds_ = 0;  ///< in a row
   certificate::LoopRecord record_;
   LiveState state_{};
   Grip grip_{};
-  std::array<double, most_materials> stiffness_{};
+  StiffnessFactors stiffness_{};  ///< that the sliders say
+  StiffnessFactors present_{};    ///< of the simulation
+  ModelSubject* model_;           ///< null: another simulator
   double device_start_ = 0.0;
   bool device_held_ = false;
   device::falcon::ForceOrder force_{};
@@ -189,5 +229,47 @@ class RowWriter {
   std::atomic<bool> stop_{false};
   std::thread thread_{};
 };
+
+/// Thread that builds simulations for the sliders of a run and offers them to its loop. It frees
+/// what the loop gives back.
+class MaterialBuilder {
+ public:
+  struct Change {
+    long tick = 0;  ///< ticks completed before it
+    std::size_t material = 0;
+    double factor = 1.0;
+  };
+
+  /// `scene` has the materials as given, and `names` those with sliders. The run begins with the
+  /// factors `now`. The subject must be a ModelSubject.
+  MaterialBuilder(LiveLoop& loop, const ModelSubject& subject, Scene scene,
+                  std::vector<std::string> names, const StiffnessFactors& now);
+  ~MaterialBuilder();
+  MaterialBuilder(const MaterialBuilder&) = delete;
+  MaterialBuilder& operator=(const MaterialBuilder&) = delete;
+  /// Ends, after the loop. Returns the changes that the loop took.
+  const std::vector<Change>& finish();
+  /// Returns why materials could not change while the scene ran; empty: they could. After finish().
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }
+
+ private:
+  void build();
+  [[nodiscard]] std::unique_ptr<NextSimulation> make(const StiffnessFactors& factors) const;
+  void note(const NextSimulation& taken);
+
+  LiveLoop& loop_;
+  const ModelSubject& subject_;
+  Scene scene_;
+  std::vector<std::string> names_;
+  StiffnessFactors now_;
+  std::vector<Change> changes_{};
+  std::string refusal_{};
+  std::atomic<bool> stop_{false};
+  std::thread thread_{};
+};
+
+/// Multiplies Young's moduli of the named materials of a scene by factors.
+Scene with_stiffness(Scene scene, const std::vector<std::string>& names,
+                     const StiffnessFactors& factors);
 
 }  // namespace palpate::live

@@ -170,9 +170,10 @@ LivePage live_page(const Scene& scene, const NetworkProblem& network, const Node
   }
   const Json about =
       object("title", scene.title.empty() ? "Live simulation" : scene.title, "tool", page.has_tool,
-             "pressure", page.has_pressure, "step", page.quantiser.step(), "nodes",
-             page.quantiser.size() / 3, "materials", materials, "device", device, "speed",
-             drive.speed, "depth", deepest, "from", drive.from, "notes", notes);
+             "needle", scene.needle.has_value(), "pressure", page.has_pressure, "step",
+             page.quantiser.step(), "nodes", page.quantiser.size() / 3, "materials", materials,
+             "device", device, "speed", drive.speed, "period", scene.simulation.step, "depth",
+             deepest, "from", drive.from, "notes", notes);
   std::string body(assets::live_html);
   const std::string mark = "<!--view-->";
   body.replace(body.find(mark), mark.size(), assets::view_html);
@@ -496,14 +497,16 @@ std::string LiveServer::Core::layer_at(double depth) const {
 Json LiveServer::Core::state_json(const LiveState& state) {
   const auto whole = [](double number) { return static_cast<long>(number); };
   return object("time", state.time, "applied", state.applied, "reaction", state.reaction, "depth",
-                state.depth, "pressure", state.pressure, "place", state.place, "grip", state.grip,
-                "target", state.target, "speed", state.speed, "ticks", whole(state.ticks),
-                "periods", whole(state.periods), "missed", whole(state.missed), "worst",
-                state.worst, "running", state.running != 0.0, "ended", whole(state.ended), "run",
-                whole(state.run), "lost_rows", whole(state.lost_rows), "device",
-                whole(state.device), "device_force", state.device_force, "layer",
-                layer_at(state.depth), "events", events_, "torn", counts_.torn, "viewers",
-                static_cast<long>(viewers_.size()));
+                state.depth, "cutting", state.cutting, "friction", state.friction, "pressing",
+                state.pressing, "pressure", state.pressure, "place", state.place, "grip",
+                state.grip, "target", state.target, "speed", state.speed, "ticks",
+                whole(state.ticks), "periods", whole(state.periods), "missed", whole(state.missed),
+                "worst", state.worst, "pace", state.pace, "left_out", state.left_out, "too_slow",
+                state.too_slow != 0.0, "running", state.running != 0.0, "ended", whole(state.ended),
+                "run", whole(state.run), "lost_rows", whole(state.lost_rows), "changing",
+                whole(state.changing), "changed", state.changed, "device", whole(state.device),
+                "device_force", state.device_force, "layer", layer_at(state.depth), "events",
+                events_, "torn", counts_.torn, "viewers", static_cast<long>(viewers_.size()));
 }
 
 LiveServer::LiveServer(LiveLoop& loop, LivePage page, std::string token, std::uint16_t port)

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from random import Random
 
 from chromium import Page, browser_path
 
@@ -59,16 +60,25 @@ class Viewer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer)
         self.socket.settimeout(10)
         self.socket.connect(("127.0.0.1", live.port))
-        key = base64.b64encode(os.urandom(16)).decode()
-        self.socket.sendall((f"GET /socket?token={live.token} HTTP/1.1\r\nHost: 127.0.0.1:{live.port}\r\n"
-                             f"Origin: http://127.0.0.1:{live.port}\r\nUpgrade: websocket\r\n"
-                             f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\n"
-                             "Sec-WebSocket-Version: 13\r\n\r\n").encode())
+        self.socket.sendall(Viewer.request(live))
         self.rest = b""
         while b"\r\n\r\n" not in self.rest:
             self.rest += self.receive()
         head, self.rest = self.rest.split(b"\r\n\r\n", 1)
         expect(b" 101 " in head.split(b"\r\n")[0], "the socket opens: " + head.decode())
+
+    @staticmethod
+    def request(live):
+        key = base64.b64encode(os.urandom(16)).decode()
+        return (f"GET /socket?token={live.token} HTTP/1.1\r\nHost: 127.0.0.1:{live.port}\r\n"
+                f"Origin: http://127.0.0.1:{live.port}\r\nUpgrade: websocket\r\n"
+                f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\n"
+                "Sec-WebSocket-Version: 13\r\n\r\n").encode()
+
+    @staticmethod
+    def framed(data, kind=1):
+        size = bytes([128 | len(data)]) if len(data) < 126 else bytes([254]) + struct.pack(">H", len(data))
+        return bytes([128 | kind]) + size + bytes(4) + data  # a mask of zeros
 
     def receive(self):
         bytes_read = self.socket.recv(65536)
@@ -99,8 +109,7 @@ class Viewer:
     def send(self, data, kind=1):
         if isinstance(data, dict):
             data = json.dumps(data).encode()
-        size = bytes([128 | len(data)]) if len(data) < 126 else bytes([254]) + struct.pack(">H", len(data))
-        self.socket.sendall(bytes([128 | kind]) + size + bytes(4) + data)  # a mask of zeros
+        self.socket.sendall(Viewer.framed(data, kind))
 
     def wait(self, holds, what, patience=15):
         deadline = time.monotonic() + patience
@@ -164,6 +173,54 @@ def viewers(live):
     second.socket.close()
 
 
+def dying_clients(live):
+    """Clients that are cut off at any byte: in the request, in the answer, in a message, in a frame."""
+    watching = Viewer(live)
+    begin = watching.state()
+    random = Random(7)
+    for n in range(60):
+        dying = socket.create_connection(("127.0.0.1", live.port), 10)
+        # A reset instead of a farewell, as when the kernel closes the sockets of a killed process.
+        dying.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        request = Viewer.request(live)
+        whole = n % 3 != 0
+        dying.sendall(request if whole else request[:random.randrange(len(request))])
+        if whole:
+            for _ in range(random.randrange(1, 4)):
+                dying.recv(random.randrange(1, 3000))
+            message = Viewer.framed(json.dumps({"do": "hold", "value": 0.001}).encode())
+            dying.sendall(message[:random.randrange(1, len(message) + 1)])
+        time.sleep(0.01 * random.random())
+        dying.close()
+    state = watching.wait(lambda state: state["viewers"] == 1 and state["periods"] > begin["periods"] + 500,
+                          "the loop goes on, and nobody is left over")
+    expect(state["writer"] == "nobody", "a client that died operates no more")
+    expect(state["torn"] == 0, "no frame is torn")
+    watching.socket.close()
+
+
+def killed(palpate, scene, out):
+    """The program killed at several moments: whole rows, no half-written file, and the folder can be used again."""
+    random = Random(3)
+    for _ in range(6):
+        live = Live(palpate, scene, out, "--ordinary")
+        viewer = Viewer(live)
+        viewer.state()
+        time.sleep(random.random())
+        live.process.kill()
+        live.process.wait()
+        try:
+            while True:
+                viewer.state()
+        except (ConnectionError, OSError):
+            pass
+        for name in os.listdir(out):
+            expect(name == "trace.csv", "a killed program leaves its rows alone: " + name)
+        with open(out + "/trace.csv") as file:
+            lines = file.read().split("\n")
+        expect(lines[-1] == "" and len({line.count(",") for line in lines[:-1]}) <= 1, "its rows are whole")
+
+
 def in_browser(live, page, pictures):
     page.open(live.url)
     root = "document.getElementById('live').dataset"
@@ -185,12 +242,23 @@ def in_browser(live, page, pictures):
     if pictures:
         page.wait("false", 1.0)
         take_pictures(page, pictures)
+    slide(page)
     page.value("document.getElementById('live-reset').click()")
     expect(page.wait("!(" + number % "depth" + " > 0)", 20), "reset begins again")
     expect(not page.problems, "nothing goes wrong on the console: " + str(page.problems))
     foreign = [each for each in page.requests if not each.startswith(
         (f"http://127.0.0.1:{live.port}/", f"ws://127.0.0.1:{live.port}/", "data:", "about:", "blob:"))]
     expect(not foreign, "no request beyond the server: " + str(foreign))
+
+
+def slide(page):
+    """A slider changes a material at a tick border, without a reset."""
+    begin = page.value("document.getElementById('live').dataset.run")
+    page.value("(() => { const s = document.querySelector('#live-sliders input'); s.value = 0.5;"
+               "s.dispatchEvent(new Event('input')); })()")
+    expect(page.wait("document.getElementById('live-materials-says').textContent.startsWith('Changed at')"),
+           "the material changes while the scene runs")
+    expect(page.value("document.getElementById('live').dataset.run") == begin, "without a reset")
 
 
 def take_pictures(page, folder):
@@ -209,11 +277,13 @@ def rows_of(path):
         return list(csv.DictReader(file))
 
 
-def replays(palpate, folder):
+def replays(palpate, folder, changes=True):
     """What was done is a scene, and gives the same digits."""
     again = folder + "-again"
     subprocess.run([palpate, "run", folder + "/scene.toml", "--no-view", "--quiet", "--out", again], check=True,
                    stdout=subprocess.DEVNULL)
+    with open(folder + "/scene.toml") as file:
+        expect(("change = [" in file.read()) == changes, "the scene has the changes of materials")
     live, replayed = rows_of(folder + "/trace.csv"), rows_of(again + "/trace.csv")
     expect(len(live) == len(replayed) > 100, f"a row for every tick: {len(live)} and {len(replayed)}")
     common = [name for name in live[0] if name in replayed[0]]
@@ -222,6 +292,15 @@ def replays(palpate, folder):
     for a, b in zip(live, replayed):
         for name in common:
             expect(float(a[name]) == float(b[name]), f"{name} at {a['time_s']} s: {a[name]} and {b[name]}")
+
+
+def with_files(palpate, scene, out):
+    """A scene that names other files is recorded as one that finds them."""
+    live = Live(palpate, scene, out, "--ordinary")
+    viewer = Viewer(live)
+    viewer.wait(lambda state: state["depth"] > 1e-4 and state["ticks"] > 200, "the tool is driven", 60)
+    expect(live.end() == 130, "Ctrl-C ends it: " + live.errors)
+    replays(palpate, out, changes=False)
 
 
 def main():
@@ -238,6 +317,7 @@ def main():
         in_browser(live, page, pictures)
         page.close()  # killed: the loop goes on
         viewers(live)
+        dying_clients(live)
         code = live.end()
         expect(code == 130, f"Ctrl-C ends it with 130, not {code}: {live.errors}")
         expect(" 0 dropped" not in live.text, "the viewer that never reads loses frames: " + live.text)
@@ -245,6 +325,8 @@ def main():
         summary = json.load(open(out + "/summary.json"))
         expect(summary["status"] == "ok" and summary["rows"] == summary["steps"] + 1, "the recording is complete")
         replays(palpate, out)
+        with_files(palpate, os.path.join(os.path.dirname(scene), "skin-example/scene.toml"), out + "-files")
+        killed(palpate, scene, out + "-killed")
     finally:
         page.close()
         live.process.kill()

@@ -122,6 +122,38 @@ TEST("a whole insertion allocates nothing: contact, punctures, loss of resistanc
   }
 }
 
+TEST("going on from the state of another simulation allocates nothing") {
+  Scene far = layered_scene();
+  far.tissue.block = {.nodes = {7, 7}, .spacing = 0.004, .connectivity = 26};
+  far.simulation = {.duration = 0.5,
+                    .step = 1e-3,
+                    .integrator = "implicit-euler",
+                    .near_radius = 0.004,
+                    .far_modes = 12};
+  Scene relaxing = layered_scene();
+  relaxing.simulation = {.duration = 0.5, .step = 1e-3, .integrator = "implicit-euler"};
+  for (Material& material : relaxing.materials) {
+    material.poissons_ratio = 0.4;
+    material.relaxation = {{.share = 0.4, .time = 0.05}};
+  }
+  Scene sleeping = layered_scene();
+  sleeping.simulation = {
+      .duration = 0.5, .step = 1e-3, .integrator = "euler-cromer", .sleep_force = 1e-3};
+  for (const Scene& scene : {far, relaxing, sleeping, moving_scene("leapfrog")}) {
+    Scene firmer = scene;
+    for (Material& material : firmer.materials) { material.youngs_modulus *= 2.0; }
+    Simulation before(scene);
+    Simulation after(firmer);
+    after.prepare_to_continue(before);
+    for (int n = 0; n < 200; ++n) { CHECK(before.tick() == StepStatus::ok); }
+    const long allocations = check::allocations;
+    after.continue_from(before);
+    const StepStatus status = after.tick();
+    CHECK(check::allocations == allocations);
+    CHECK(status == StepStatus::ok);
+  }
+}
+
 TEST("a lattice takes less than 200 bytes a node, while it is loaded too, and reports its memory") {
   constexpr int n = 60;
   for (const bool with_needle : {false, true}) {

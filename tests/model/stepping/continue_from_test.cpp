@@ -188,6 +188,27 @@ TEST(
   CHECK_NEAR(firm.tool().forces.total / same.tool().forces.total, 3.0, 0.01);
 }
 
+TEST("a run goes on where the firmer tissue needs another scheme and other vectors") {
+  for (const Drive::Kind kind : {Drive::Kind::trajectory, Drive::Kind::recorded}) {
+    Scene scene = needle_scene("auto");
+    scene.drive->kind = kind;
+    Simulation soft(scene);
+    Simulation firm(with_factor(scene, 100.0));
+    REQUIRE(soft.plan().integrator != firm.plan().integrator);
+    firm.prepare_to_continue(soft);
+    soft.move_handle(0.001, 0.0);
+    firm.move_handle(0.001, 0.0);
+    run(soft, 50);
+    const double before = soft.tool().place;
+    CHECK(before > 0.0);
+    firm.continue_from(soft);
+    CHECK(firm.tool().place == before);
+    CHECK(firm.tool().velocity == soft.tool().velocity);
+    CHECK((firm.node_positions() - soft.node_positions()).cwiseAbs().maxCoeff() == 0.0);
+    run(firm, 100);
+  }
+}
+
 TEST("a state that does not fit is refused") {
   Simulation simulation(needle_scene("implicit-euler"));
   Simulation other_tick([] {

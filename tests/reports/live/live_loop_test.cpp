@@ -2,6 +2,7 @@
 
 #include "reports/live/live_loop.hpp"
 
+#include <chrono>
 #include <cmath>
 
 #include "fixtures/io/csv_file.hpp"
@@ -173,6 +174,160 @@ TEST("a recorded run is replayed to the bit from its file") {
     CHECK(replayed.find(column.name)->values == column.values);
     CHECK(rows.find(column.name)->values == column.values);
   }
+}
+
+/// Hook that moves a slider at a tick and waits at the next borders until the loop has taken it.
+struct Slide final : TickHook {
+  explicit Slide(LiveLoop& of) : loop(of) {}
+  TickOrder before_tick(Subject& subject) noexcept override {
+    if (subject.ticks() == 200 || subject.ticks() == 500) {
+      const double factor = subject.ticks() == 200 ? 0.4 : 2.0;
+      (void)loop.commands.push({Command::Kind::stiffness, factor, 0});
+      due = subject.ticks();
+    }
+    // Time stands still here, so that the builder is ready some ticks later.
+    for (int n = 0; subject.ticks() == due + 5 && n < 60000 && loop.offered == nullptr; ++n) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    const TickOrder order = loop.before_tick(subject);
+    return order;
+  }
+  void after_tick(Subject& subject, const certificate::TickTimes& times,
+                  bool stepped) noexcept override {
+    loop.after_tick(subject, times, stepped);
+    if (subject.ticks() == due + 2) { pending = loop.state().changing; }
+  }
+  LiveLoop& loop;
+  long due = -10;
+  double pending = -1.0;
+};
+
+TEST(
+    "a slider changes a material at a tick border, and the scene with the changes has the same "
+    "bits") {
+  const std::vector<std::string> names{"soft", "firm"};
+  Rig rig(0.8, {.drives = true});
+  Slide slide(*rig.loop);
+  MaterialBuilder builder(*rig.loop, rig.subject, rig.scene, names, rig.loop->stiffness());
+  const Trace live = roll_out(rig.subject, rig.scene, {}, {.hook = &slide});
+  const std::vector<MaterialBuilder::Change> changes = builder.finish();
+  CHECK(builder.refusal().empty());
+  CHECK(slide.pending == 1.0);
+  REQUIRE(changes.size() == 2);
+  CHECK(changes[0].tick == 205);
+  CHECK(changes[0].material == 0);
+  CHECK(changes[0].factor == 0.4);
+  CHECK(changes[1].tick == 505);
+  CHECK(rig.loop->state().changing == 0.0);
+  CHECK_NEAR(rig.loop->state().changed, 0.505, 1e-12);
+
+  Scene scene = rig.scene;
+  std::vector<GripSample> grip;
+  std::vector<double> row(rig.loop->row_names().size());
+  while (rig.loop->rows.read_available() >= row.size()) {
+    rig.loop->rows.pop(row.data(), row.size());
+    grip.push_back({row[0], row[row.size() - 2], row[row.size() - 1]});
+  }
+  scene.drive->grip = std::make_shared<const std::vector<GripSample>>(grip);
+  const double own = scene.materials[0].youngs_modulus;
+  scene.materials[0].changes = {{0.205, 0.4 * own}, {0.505, 2.0 * own}};
+  ModelSubject again;
+  again.load(scene, true);
+  const Trace replayed = roll_out(again, scene);
+  for (const Column& column : live.columns) {
+    CHECK(replayed.find(column.name)->values == column.values);
+  }
+  // The same without changes is another run.
+  scene.materials[0].changes.clear();
+  again.load(scene, true);
+  const Trace unchanged = roll_out(again, scene);
+  CHECK(unchanged.find("tool.force_n")->values != live.find("tool.force_n")->values);
+}
+
+TEST("a change that the loop did not take before its end is not in the recording") {
+  Rig rig(0.05);
+  MaterialBuilder builder(*rig.loop, rig.subject, rig.scene, {"soft"}, rig.loop->stiffness());
+  (void)rig.run();
+  rig.loop->commands.push({Command::Kind::stiffness, 3.0, 0});
+  rig.loop->commands.push({Command::Kind::reset});
+  rig.loop->wait_for_reset(rig.subject, false, std::atomic<bool>{false});
+  CHECK(builder.finish().empty());
+  CHECK(rig.loop->offered == nullptr);
+  CHECK(rig.loop->stiffness()[0] == 3.0);  // what the reset loads
+}
+
+/// Hook under which every tick takes some time of a virtual clock.
+struct Slow final : TickHook {
+  TickOrder before_tick(Subject& subject) noexcept override {
+    time.advance(seconds);
+    if (loop->state().too_slow != 0.0) { return {.what = TickOrder::What::end}; }
+    return loop->before_tick(subject);
+  }
+  void after_tick(Subject& subject, const certificate::TickTimes& times,
+                  bool stepped) noexcept override {
+    latest = std::max(latest, times.end - times.due);
+    loop->after_tick(subject, times, stepped);
+  }
+  LiveLoop* loop = nullptr;
+  double seconds = 0.0;
+  double latest = 0.0;  ///< [s]
+  device::VirtualClock time{};
+};
+
+TEST(
+    "a scene that cannot keep its period runs in slow motion, and is never later than a quarter "
+    "second") {
+  for (const double seconds : {0.0004, 0.0025}) {
+    Rig rig(4.0);
+    Slow slow;
+    slow.loop = rig.loop.get();
+    slow.seconds = seconds;
+    device::DeadlineClock clock(1e-3, slow.time);
+    rig.loop->begin(rig.subject, &clock);
+    const Trace trace = roll_out(rig.subject, rig.scene, {}, {.clock = &clock, .hook = &slow});
+    CHECK(trace.ticks == 4000);
+    const LiveState& state = rig.loop->state();
+    if (seconds < 1e-3) {
+      CHECK(state.left_out == 0.0);
+      CHECK_NEAR(state.pace, 1.0, 1e-2);
+      continue;
+    }
+    CHECK(slow.latest <= LiveLoop::most_late + 2.0 * seconds);
+    CHECK_NEAR(state.pace, 0.4, 1e-2);                           // 1 ms in 2.5 ms
+    CHECK_NEAR(state.left_out, 6.0, 2.0 * LiveLoop::most_late);  // of 10 s for 4 s
+    CHECK(state.running == 1.0);
+  }
+}
+
+/// Line of a device that never answers.
+class SilentLine final : public device::ByteLink {
+ public:
+  [[nodiscard]] double now() const noexcept override { return device::monotonic_now(); }
+  std::size_t read(std::span<std::uint8_t> /*into*/) noexcept override { return 0; }
+  bool wait_until(double deadline_s) noexcept override {
+    device::monotonic_clock().sleep_until(deadline_s);
+    return false;
+  }
+  bool write(std::span<const std::uint8_t> /*bytes*/) noexcept override { return true; }
+};
+
+TEST("a scene that cannot keep its period is paused without force if a device holds the tool") {
+  SilentLine line;
+  device::falcon::GripThread grip(line, {});
+  Rig rig(8.0, {.device = &grip});
+  Slow slow;
+  slow.loop = rig.loop.get();
+  slow.seconds = 0.0025;
+  device::DeadlineClock clock(1e-3, slow.time);
+  rig.loop->begin(rig.subject, &clock);
+  const Trace trace = roll_out(rig.subject, rig.scene, {}, {.clock = &clock, .hook = &slow});
+  CHECK_NEAR(static_cast<double>(trace.ticks), 800.0, 10.0);  // two seconds of 2.5 ms
+  CHECK(rig.loop->state().running == 0.0);
+  CHECK(rig.loop->state().device_force == 0.0);
+  rig.loop->commands.push({Command::Kind::start});
+  (void)rig.loop->before_tick(rig.subject);
+  CHECK(rig.loop->state().too_slow == 0.0);
+  CHECK(rig.loop->state().running == 1.0);
 }
 
 TEST("rows that the writer does not take are counted, and the loop goes on") {

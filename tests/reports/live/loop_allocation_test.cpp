@@ -31,6 +31,7 @@ class Counting final : public TickHook {
       allocations_ = check::allocations;
       locks_ = check::locks;
     }
+    if (periods_ == 150) { loop_.offered = next; }
     (void)loop_.commands.push({.kind = Command::Kind::hold, .value = 1e-4 * double(periods_)});
     return loop_.before_tick(subject);
   }
@@ -45,6 +46,7 @@ class Counting final : public TickHook {
   }
   [[nodiscard]] bool whole() const { return whole_; }
 
+  NextSimulation* next = nullptr;  ///< offered in the middle of the run
   long allocations = -1;
   long locks = -1;
 
@@ -58,7 +60,7 @@ class Counting final : public TickHook {
 };
 
 struct Found {
-  long allocations = 0, locks = 0, ticks = 0;
+  long allocations = 0, locks = 0, ticks = 0, changed = 0;
   bool whole = false;
 };
 
@@ -68,16 +70,24 @@ Found run(bool allocating) {
   const auto loop = std::make_unique<LiveLoop>(scene, subject, LiveOptions{});
   loop->begin(subject);
   Counting hook(*loop, allocating);
+  Scene firmer = scene;
+  for (Material& material : firmer.materials) { material.youngs_modulus *= 2.0; }
+  NextSimulation next{.simulation = Simulation(firmer)};
+  next.simulation.prepare_to_continue(subject.simulation());
+  hook.next = &next;
   device::VirtualClock time;
   device::DeadlineClock clock(scene.simulation.step, time);
   const Trace trace =
       roll_out(subject, scene, {.every = subject.tick_count()}, {.clock = &clock, .hook = &hook});
-  return {hook.allocations, hook.locks, trace.ticks, hook.whole()};
+  return {hook.allocations, hook.locks, trace.ticks, next.tick, hook.whole()};
 }
 
-TEST("a live loop with viewer, operator and recording neither allocates nor locks") {
+TEST(
+    "a live loop with viewer, operator, recording and a change of materials neither allocates nor "
+    "locks") {
   const Found found = run(false);
   CHECK(found.ticks == 300);
+  CHECK(found.changed == 149);
   CHECK(found.allocations == 0);
   CHECK(found.locks == 0);
   CHECK(found.whole);
@@ -89,18 +99,21 @@ struct Prepared {
   Scene scene = live_scene();
   ModelSubject subject{Simulation(scene)};
   std::unique_ptr<LiveLoop> loop = std::make_unique<LiveLoop>(scene, subject, LiveOptions{});
+  NextSimulation next{.simulation = Simulation(scene)};
 };
 
 TEST("the hook of a live loop makes no system call") {
   const auto prepare = [] {
     auto made = std::make_unique<Prepared>();
     made->loop->begin(made->subject);
+    made->next.simulation.prepare_to_continue(made->subject.simulation());
     return made;
   };
   const auto ticks = [](const std::unique_ptr<Prepared>& made) {
     bool good = true;
     for (int n = 0; n < 300; ++n) {
       (void)made->loop->commands.push({.kind = Command::Kind::hold, .value = 1e-4 * n});
+      if (n == 150) { made->loop->offered = &made->next; }
       const TickOrder order = made->loop->before_tick(made->subject);
       good = made->subject.step(order.input) == StepStatus::ok && good;
       made->loop->after_tick(made->subject, {}, true);
