@@ -134,7 +134,7 @@ IndexLine line_from(const std::string& text) {
                  .verdict = json.at("verdict"),
                  .date = json.at("date"),
                  .command = json.at("command"),
-                 .exit_code = json.at("exit_code")};
+                 .exit_code = whole_from_json<int>(json.at("exit_code"))};
   for (const Json& each : json.at("values")) {
     line.values.push_back(
         {.name = each.at("name"),

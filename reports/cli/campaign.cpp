@@ -831,7 +831,7 @@ Campaign campaign_from(const Json& json) {
   const auto found = std::ranges::find(all, method, &WordOf<Method>::first);
   if (found == all.end()) { throw std::runtime_error("unknown method " + method); }
   of.design.method = found->second;
-  of.design.samples = json.at("samples");
+  of.design.samples = whole_from_json<int>(json.at("samples"));
   if (of.design.samples < 0 || static_cast<std::size_t>(of.design.samples) > most_jobs) {
     throw std::runtime_error("samples = " + json.at("samples").dump());
   }
@@ -839,7 +839,7 @@ Campaign campaign_from(const Json& json) {
     of.design.parameters.push_back({.key = each.at("key"),
                                     .values = each.at("values"),
                                     .range = each.at("range"),
-                                    .count = each.at("count")});
+                                    .count = whole_from_json<int>(each.at("count"))});
   }
   const auto limit = [](const Json& value) {
     return value.is_null() ? std::nullopt : std::optional(number_from_json(value));
@@ -857,10 +857,10 @@ JobResult job_from(const Json& json, std::size_t rows) {
   JobResult job{.id = json.at("id"),
                 .scene = json.at("scene"),
                 .group = json.at("group"),
-                .rows = json.at("rows"),
-                .nodes = json.at("nodes"),
+                .nodes = whole_from_json<long>(json.at("nodes")),
                 .status = json.at("status"),
                 .cause = json.at("cause")};
+  for (const Json& row : json.at("rows")) { job.rows.push_back(whole_from_json<std::size_t>(row)); }
   if (std::ranges::any_of(job.rows, [rows](std::size_t row) { return row >= rows; })) {
     throw std::runtime_error("rows = " + json.at("rows").dump());
   }
@@ -894,7 +894,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
       const Json json = parse_json(line);
       if (number == 0) {
         of = campaign_from(json);
-        jobs = json.at("jobs");
+        jobs = whole_from_json<std::size_t>(json.at("jobs"));
         rows = campaign::row_count(of.design);
         if (rows > most_jobs) {
           throw std::runtime_error("has more than " + std::to_string(most_jobs) + " rows");

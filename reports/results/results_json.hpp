@@ -3,12 +3,15 @@
 /// Conversion of outcomes to and from results.json.
 
 #include <cmath>
+#include <cstdint>
 #include <exception>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "model/problem/input_error.hpp"
 #include "reports/results/results.hpp"
@@ -99,6 +102,16 @@ Outcome case_from_json(const nlohmann::ordered_json& json);
 
 /// Parses a number, or one of the texts "nan", "inf" and "-inf".
 double number_from_json(const nlohmann::ordered_json& json);
+
+/// Parses a whole number. Throws std::runtime_error if it has a fraction or does not fit the type:
+/// the library converts such a number with undefined behaviour.
+template <class Whole> Whole whole_from_json(const nlohmann::ordered_json& json) {
+  const bool fits = json.is_number_unsigned() ? std::in_range<Whole>(json.get<std::uint64_t>())
+                                              : json.is_number_integer() &&
+                                                    std::in_range<Whole>(json.get<std::int64_t>());
+  if (!fits) { throw std::runtime_error(json.dump() + " is no whole number that is allowed here"); }
+  return json.get<Whole>();
+}
 
 // results.json (docs/formats.md): outcomes, and for every figure the trace file and data set of its
 // numbers. The numbers of figures are only in the trace files.
