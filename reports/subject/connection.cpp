@@ -69,6 +69,13 @@ class FrameWriter {
     const auto* first = reinterpret_cast<const char*>(values);
     bytes_.insert(bytes_.end(), first, first + count * sizeof(double));
   }
+  /// Adds numbers that are not a number, for the caller to fill. The payload must be empty.
+  double* add_numbers(std::size_t count) {
+    bytes_.resize(count * sizeof(double));
+    auto* first = reinterpret_cast<double*>(bytes_.data());
+    std::fill_n(first, count, std::numeric_limits<double>::quiet_NaN());
+    return first;
+  }
   void add_text(std::string_view text) {
     add(static_cast<std::uint32_t>(text.size()));
     bytes_.insert(bytes_.end(), text.begin(), text.end());
@@ -78,6 +85,20 @@ class FrameWriter {
  private:
   std::vector<char> bytes_{};
 };
+
+/// Receives a payload, which may be shorter than its header says: memory grows with what arrives.
+/// `receive` reads the bytes of one part, or returns false.
+template <class Receive>
+bool receive_payload(std::vector<char>& payload, std::size_t size, Receive receive) {
+  constexpr std::size_t first_part = 1U << 20U;
+  payload.clear();
+  while (payload.size() < size) {
+    const std::size_t before = payload.size();
+    payload.resize(std::min(size, std::max(first_part, 2 * before)));
+    if (!receive(payload.data() + before, payload.size() - before)) { return false; }
+  }
+  return true;
+}
 
 /// Reader of a payload. Throws std::length_error beyond its end.
 class FrameReader {
@@ -607,8 +628,10 @@ class PipeConnection final : public Connection {
            io::shown({reinterpret_cast<const char*>(&answer), sizeof answer}) +
            "\", which is not a frame; standard output must hold frames only");
     }
-    answer_.resize(answer.length);
-    receive(answer_.data(), answer_.size(), until, call);
+    receive_payload(answer_, answer.length, [&](char* bytes, std::size_t size) {
+      receive(bytes, size, until, call);
+      return true;
+    });
     if ((sequence_ & 255U) == 0) { check_memory(); }
     status_ = answer.status;
     std::string text;
@@ -708,9 +731,8 @@ int answer_call(LibraryConnection& library, int call, FrameReader request, Frame
     case PALPATE_CALL_GET_STATE: {
       const auto nodes = static_cast<std::size_t>(request.take<std::uint64_t>());
       if (nodes > most_nodes) { return PALPATE_FAILED; }
-      state.assign(6 * nodes, std::numeric_limits<double>::quiet_NaN());
-      library.get_state(state.data(), state.data() + 3 * nodes, nodes);
-      answer.add(state.data(), state.size());
+      double* position = answer.add_numbers(6 * nodes);
+      library.get_state(position, position + 3 * nodes, nodes);
       return PALPATE_OK;
     }
     case PALPATE_CALL_SET_STATE: {
@@ -778,8 +800,10 @@ int serve_library(const palpate_subject_api& api, int input, int output) {
   FrameWriter answer;
   while (read_all(input, reinterpret_cast<char*>(&header), sizeof header)) {
     if (header.length > most_payload) { return 2; }
-    request.resize(header.length);
-    if (!read_all(input, request.data(), request.size())) { return 2; }
+    const auto receive = [input](char* part, std::size_t size) {
+      return read_all(input, part, size);
+    };
+    if (!receive_payload(request, header.length, receive)) { return 2; }
     answer.clear();
     int status = PALPATE_OK;
     bool refused = true;
@@ -800,10 +824,17 @@ int serve_library(const palpate_subject_api& api, int input, int output) {
                           .call = header.call,
                           .status = static_cast<std::uint16_t>(status),
                           .sequence = header.sequence};
+    // One write for a small answer: it wakes the other end once.
+    constexpr std::size_t small = 1U << 16U;
+    const std::vector<char>& payload = answer.bytes();
+    const std::size_t together = payload.size() <= small ? payload.size() : 0;
     bytes.resize(sizeof out);
     std::memcpy(bytes.data(), &out, sizeof out);
-    bytes.insert(bytes.end(), answer.bytes().begin(), answer.bytes().end());
-    if (!write_all(output, bytes.data(), bytes.size())) { return 2; }
+    bytes.insert(bytes.end(), payload.begin(), payload.begin() + static_cast<long>(together));
+    if (!write_all(output, bytes.data(), bytes.size()) ||
+        !write_all(output, payload.data() + together, payload.size() - together)) {
+      return 2;
+    }
   }
   return 0;
 }
