@@ -75,7 +75,7 @@ TEST("folders are found once, those that were deleted are omitted, and damage ha
   io::replace_file(scratch.path() / "index.jsonl", "{}\n{}\n");
   CHECK_THROWS_AS(InputError, index_folders_in(scratch.path()), "index.jsonl:1: not one result");
   io::replace_file(scratch.path() / "a/summary.json", "{");
-  CHECK_THROWS_AS(InputError, index_line_of(scratch.path() / "a"), "summary.json: ");
+  CHECK_THROWS_AS(InputError, index_line_of(scratch.path() / "a"), "summary.json:1: ");
 }
 
 }  // namespace

@@ -131,6 +131,7 @@ Scene scene_of_all_tables() {
   scene.tissue.inclusions = {{.size = {0.01, 0.01, 0.01}, .material = "fat"}};
   scene.materials[0].stiffening = Stiffening{.rate = 1.0};
   scene.materials[0].relaxation = {{0.1, 1.0}};
+  scene.materials[0].changes = {{0.1, 1e4}};
   scene.needle = Needle{};
   scene.probe = Probe{.map = PalpationGrid{}};
   scene.drive = Drive{};
