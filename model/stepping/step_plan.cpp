@@ -293,12 +293,12 @@ void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   }
 }
 
-/// Warns if a stiff first layer without a cell of its own is dented deeper than it is thick before
-/// it is cut. It then resists by the tension of a membrane (large deflection of a plate:
-/// S. Timoshenko, S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed. 1959, ch. 13), which
-/// neither such cells nor the linear compliance of the contact have.
+/// Warns if a first layer without a cell of its own, ten times as stiff as the next one, is dented
+/// deeper than it is thick before it is cut. It then resists by the tension of a membrane (large
+/// deflection of a plate: S. Timoshenko, S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed.
+/// 1959, ch. 13), which neither such cells nor the linear compliance of the contact have.
 void warn_of_membrane(const NeedlePath& path, StepPlan& plan) {
-  const auto intervals = path.intervals();
+  const std::vector<PathInterval>& intervals = path.intervals();
   if (intervals.size() < 2) { return; }
   const PathInterval& skin = intervals[0];
   const double thickness = (skin.end - skin.begin) * path.direction().z();
@@ -312,7 +312,7 @@ void warn_of_membrane(const NeedlePath& path, StepPlan& plan) {
                           " mm before it is cut. From a dent of its thickness on, its tension "
                           "stiffens it, which these cells do not show: the dent is too deep; a "
                           "spacing of " +
-                          number(0.5 * thickness) + " m would show it");
+                          number(0.5 * thickness) + " m would resolve it");
 }
 
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool

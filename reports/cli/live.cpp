@@ -244,12 +244,12 @@ class LiveSession {
         set(key + ".youngs_modulus", io::number_text(modulus(scene_)));
       }
       std::string list;
-      for (const MaterialBuilder::Change& change : changes_) {
+      for (const MaterialChange& change : changes_) {
         if (change.material != n) { continue; }
         const double time = static_cast<double>(change.tick) * scene_.simulation.step;
         list += (list.empty() ? "" : ", ") +
                 ("{time = " + io::number_text(time) +
-                 ", youngs_modulus = " + io::number_text(modulus(given_) * change.factor) + "}");
+                 ", youngs_modulus = " + io::number_text(change.youngs_modulus) + "}");
       }
       const auto given = std::ranges::find(file_->scene.materials, materials_[n], &Material::name);
       if (!list.empty() || !given->changes.empty()) { set(key + ".change", "[" + list + "]"); }
@@ -340,8 +340,8 @@ class LiveSession {
   std::unique_ptr<LiveLoop> loop_{};
   std::optional<LiveServer> server_{};
   fs::path folder_{};
-  std::pair<std::string, std::string> rights_{};    ///< refusals of memory and scheduling
-  std::vector<MaterialBuilder::Change> changes_{};  ///< of the last run
+  std::pair<std::string, std::string> rights_{};  ///< refusals of memory and scheduling
+  std::vector<MaterialChange> changes_{};         ///< of the last run
   std::exception_ptr failure_{};
 };
 

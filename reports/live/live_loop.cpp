@@ -346,7 +346,7 @@ MaterialBuilder::MaterialBuilder(LiveLoop& loop, const ModelSubject& subject, Sc
 
 MaterialBuilder::~MaterialBuilder() { (void)finish(); }
 
-const std::vector<MaterialBuilder::Change>& MaterialBuilder::finish() {
+const std::vector<MaterialChange>& MaterialBuilder::finish() {
   stop_ = true;
   if (thread_.joinable()) { thread_.join(); }
   return changes_;
@@ -384,7 +384,8 @@ std::unique_ptr<NextSimulation> MaterialBuilder::make(const StiffnessFactors& fa
 void MaterialBuilder::note(const NextSimulation& taken) {
   for (std::size_t n = 0; n < names_.size(); ++n) {
     if (taken.factors[n] == now_[n]) { continue; }
-    changes_.push_back({taken.tick, n, taken.factors[n]});
+    const auto given = std::ranges::find(scene_.materials, names_[n], &Material::name);
+    changes_.push_back({taken.tick, n, taken.factors[n] * given->youngs_modulus});
   }
   now_ = taken.factors;
 }

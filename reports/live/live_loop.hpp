@@ -234,12 +234,6 @@ class RowWriter {
 /// what the loop gives back.
 class MaterialBuilder {
  public:
-  struct Change {
-    long tick = 0;  ///< ticks completed before it
-    std::size_t material = 0;
-    double factor = 1.0;
-  };
-
   /// `scene` has the materials as given, and `names` those with sliders. The run begins with the
   /// factors `now`. The subject must be a ModelSubject.
   MaterialBuilder(LiveLoop& loop, const ModelSubject& subject, Scene scene,
@@ -247,8 +241,9 @@ class MaterialBuilder {
   ~MaterialBuilder();
   MaterialBuilder(const MaterialBuilder&) = delete;
   MaterialBuilder& operator=(const MaterialBuilder&) = delete;
-  /// Ends, after the loop. Returns the changes that the loop took.
-  const std::vector<Change>& finish();
+  /// Ends, after the loop. Returns the changes that the loop took; `material` counts
+  /// those with sliders.
+  const std::vector<MaterialChange>& finish();
   /// Returns why materials could not change while the scene ran; empty: they could. After finish().
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
 
@@ -262,7 +257,7 @@ class MaterialBuilder {
   Scene scene_;
   std::vector<std::string> names_;
   StiffnessFactors now_;
-  std::vector<Change> changes_{};
+  std::vector<MaterialChange> changes_{};
   std::string refusal_{};
   std::atomic<bool> stop_{false};
   std::thread thread_{};

@@ -33,7 +33,7 @@ check(needed < every, f"scripts/setup build installs what scripts/setup does not
 for step in steps:
     for installed in re.findall(r"apt-get install ([^&]*)", step):
         named = {word for word in installed.split() if not word.startswith("-")}
-        check(named <= needed | {"/tmp/package/palpate_*.deb"}, f"not of scripts/setup: {named}")
+        check(named <= needed | {"/package/palpate_*.deb"}, f"not of scripts/setup: {named}")
     check(not re.search(r"\b(curl|wget|pip3?|npm|git clone)\b", step), f"downloads without apt: {step}")
 
 # docs/dependencies.md has a row for each package; those of tests alone are not needed for a build.

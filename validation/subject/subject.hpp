@@ -85,6 +85,13 @@ class Subject {
   virtual void forget_tool_happenings() noexcept = 0;
 };
 
+/// Change of a material between two ticks of a run.
+struct MaterialChange {
+  long tick = 0;  ///< ticks completed before it
+  std::size_t material = 0;
+  double youngs_modulus = 0.0;  ///< from then on [Pa]
+};
+
 /// Subject that runs the model in this process.
 class ModelSubject final : public Subject {
  public:
@@ -159,19 +166,15 @@ class ModelSubject final : public Subject {
   [[nodiscard]] const Simulation& simulation() const { return *simulation_; }
 
  private:
-  struct Change {
-    long tick = 0;  ///< ticks completed before it
-    std::size_t material = 0;
-    double youngs_modulus = 0.0;  ///< [Pa]
-  };
-  void take_changes(const Scene& scene, bool skip);
+  /// Returns the scene without changes of its materials, which are kept for their ticks.
+  const Scene& take_changes(const Scene& scene, bool skip);
   bool change_materials() noexcept;
 
   std::optional<Simulation> simulation_{};
   std::optional<Simulation> first_{};  ///< after a change: others may refer to its plan
   Scene scene_{};                      ///< with the present materials; only if these change
   bool skip_ = true;
-  std::vector<Change> changes_{};
+  std::vector<MaterialChange> changes_{};
   std::size_t next_change_ = 0;
   std::string failure_{};
 };

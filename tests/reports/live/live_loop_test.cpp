@@ -210,13 +210,14 @@ TEST(
   Slide slide(*rig.loop);
   MaterialBuilder builder(*rig.loop, rig.subject, rig.scene, names, rig.loop->stiffness());
   const Trace live = roll_out(rig.subject, rig.scene, {}, {.hook = &slide});
-  const std::vector<MaterialBuilder::Change> changes = builder.finish();
+  const std::vector<MaterialChange> changes = builder.finish();
   CHECK(builder.refusal().empty());
   CHECK(slide.pending == 1.0);
   REQUIRE(changes.size() == 2);
   CHECK(changes[0].tick == 205);
   CHECK(changes[0].material == 0);
-  CHECK(changes[0].factor == 0.4);
+  const double own = rig.scene.materials[0].youngs_modulus;
+  CHECK(changes[0].youngs_modulus == 0.4 * own);
   CHECK(changes[1].tick == 505);
   CHECK(rig.loop->state().changing == 0.0);
   CHECK_NEAR(rig.loop->state().changed, 0.505, 1e-12);
@@ -229,7 +230,6 @@ TEST(
     grip.push_back({row[0], row[row.size() - 2], row[row.size() - 1]});
   }
   scene.drive->grip = std::make_shared<const std::vector<GripSample>>(grip);
-  const double own = scene.materials[0].youngs_modulus;
   scene.materials[0].changes = {{0.205, 0.4 * own}, {0.505, 2.0 * own}};
   ModelSubject again;
   again.load(scene, true);
