@@ -91,14 +91,12 @@ template <class Real> class Relaxation {
   /// Takes the past of the same elements at the same state with other stiffnesses. The strains of
   /// the branches stay; scale(element) is the ratio of the new stiffness to that of `from`.
   template <class Scale> void continue_from(const Relaxation& from, Scale scale) noexcept {
-    for (std::size_t n = 0; n < last_.size(); ++n) {
-      const Real factor = scale(n);
-      last_[n] = factor * from.last_[n];
-      for (std::size_t branch = 0; branch < most_branches; ++branch) {
-        if (filtered_[branch].empty()) { continue; }
-        filtered_[branch][n] = factor * from.filtered_[branch][n];
-      }
-    }
+    const auto take = [&](const auto& past, auto& now) {
+      for (std::size_t n = 0; n < now.size(); ++n) { now[n] = scale(n) * past[n]; }
+    };
+    take(from.last_, last_);
+    // A branch ends with the last group that has it.
+    for (std::size_t n = 0; n < most_branches; ++n) { take(from.filtered_[n], filtered_[n]); }
     s_ = -1.0;
     at(0.0);
   }
