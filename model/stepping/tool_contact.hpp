@@ -34,8 +34,26 @@ struct Coupling {
 };
 Coupling coupling_of(const Scene& scene, const Drive& drive);
 
+/// What a tool carries from step to step in every tissue.
+struct ToolMemory {
+  Eigen::Vector2d centre_{0.0, 0.0};  ///< of a sliding probe [m]
+  std::optional<SyringePressure> syringe_{};
+  TipMode tip_ = TipMode::outside;
+  double place_ = 0.0;     ///< s [m]
+  double velocity_ = 0.0;  ///< s' [m/s]
+  double depth_ = 0.0;     ///< of the tip, in undeformed tissue [m]
+  double cut_ = 0.0;       ///< largest cut depth so far [m]
+  double slip_ = 0.0;      ///< sliding velocity of the shaft [m/s]
+  double handle_place_ = 0.0;
+  double handle_velocity_ = 0.0;
+  ToolForces forces_{};  ///< of the last apply()
+  ToolLosses losses_{};
+  std::array<ToolHappening, 32> happenings_{};
+  std::size_t happening_count_ = 0;
+};
+
 /// Position, modes, forces and events of a tool, without reference to the tissue's coordinates.
-class ToolState {
+class ToolState : protected ToolMemory {
  public:
   explicit ToolState(const Scene& scene, const SpringNetwork& network);
 
@@ -80,23 +98,6 @@ class ToolState {
   void clear_happenings() { happening_count_ = 0; }
 
  protected:
-  /// Takes position, modes, forces and events of the same tool; the path stays.
-  void continue_from(const ToolState& from) noexcept {
-    centre_ = from.centre_;
-    syringe_ = from.syringe_;
-    tip_ = from.tip_;
-    place_ = from.place_;
-    velocity_ = from.velocity_;
-    depth_ = from.depth_;
-    cut_ = from.cut_;
-    slip_ = from.slip_;
-    handle_place_ = from.handle_place_;
-    handle_velocity_ = from.handle_velocity_;
-    forces_ = from.forces_;
-    losses_ = from.losses_;
-    happenings_ = from.happenings_;
-    happening_count_ = from.happening_count_;
-  }
   [[nodiscard]] bool in_tissue() const { return tip_ != TipMode::outside; }
   [[nodiscard]] const PathInterval& interval() const {
     return path_.intervals()[path_.interval_at(depth_)];
@@ -104,27 +105,39 @@ class ToolState {
   void happen(double t, ToolEvent event, std::size_t interval) noexcept;
 
   NeedlePath path_;
-  std::optional<Probe> sliding_{};    ///< a probe with a path
-  Eigen::Vector2d centre_{0.0, 0.0};  ///< of a sliding probe [m]
-  std::optional<SyringePressure> syringe_{};
-  TipMode tip_ = TipMode::outside;
-  double mass_ = 0.0;      ///< [kg]; zero under a prescribed trajectory
-  double place_ = 0.0;     ///< s [m]
-  double velocity_ = 0.0;  ///< s' [m/s]
-  double depth_ = 0.0;     ///< of the tip, in undeformed tissue [m]
-  double cut_ = 0.0;       ///< largest cut depth so far [m]
-  double slip_ = 0.0;      ///< sliding velocity of the shaft [m/s]
-  double handle_place_ = 0.0;
-  double handle_velocity_ = 0.0;
-  ToolForces forces_{};  ///< of the last apply()
-  ToolLosses losses_{};
-
- private:
-  std::array<ToolHappening, 32> happenings_{};
-  std::size_t happening_count_ = 0;
+  std::optional<Probe> sliding_{};  ///< a probe with a path
+  double mass_ = 0.0;               ///< [kg]; zero under a prescribed trajectory
 };
 
-template <class Real> class ToolContact : public ToolState {
+/// What the contact of a tool with tissue carries from step to step, besides what the positions of
+/// the tissue give.
+struct ContactMemory {
+  double theta_ = 0.0;  ///< of an implicit scheme; 0 for an explicit one
+  ShaftMode shaft_ = ShaftMode::stick;
+  bool at_bone_ = false;
+  bool bone_seen_ = false;
+  bool clear_ = true;         ///< the tip is off the skin by more than a rebound
+  bool present_ = false;      ///< contact was reported, and no withdrawal since
+  double tip_force_ = 0.0;    ///< T
+  double shaft_force_ = 0.0;  ///< F_f
+  double bone_force_ = 0.0;
+  std::size_t deepest_ = 0;  ///< last interval that the tip entered
+  bool entered_ = false;     ///< the tip entered at least one interval
+  double step_begin_ = 0.0;
+  double step_length_ = 0.0;
+  double step_tip_force_ = 0.0;   ///< T over the last implicit step [N]
+  double step_tip_change_ = 0.0;  ///< change of T since the step before, if the tip stuck in both
+  double stopped_ = 0.0;  ///< velocity relative to the tissue of a tip that begins to stick [m/s]
+  bool stuck_before_ = false;
+  double place_begin_ = 0.0;
+  double gap_begin_ = 0.0;  ///< distance that the tip is ahead of its cut before a step [m]
+  double depth_begin_ = 0.0;
+  bool first_evaluation_ = false;
+  double hand_power_begin_ = 0.0;
+  double hand_power_end_ = 0.0;
+};
+
+template <class Real> class ToolContact : public ToolState, private ContactMemory {
  public:
   ToolContact(const Scene& scene, const NetworkProblem& problem, const NodeLayout& layout,
               TipCompliance compliance = {})
@@ -224,7 +237,7 @@ template <class Real> class ToolContact : public ToolState {
   /// same positions. The caller computes the forces.
   void continue_from(const ToolContact& from, const State<Real>& state) noexcept {
     if (sliding_ && centre_ != from.centre_) { press_at(from.centre_); }
-    ToolState::continue_from(from);
+    static_cast<ToolMemory&>(*this) = from;
     for (std::size_t n = 0; n < drags_.size(); ++n) {
       drags_[n].law.limit = from.drags_[n].law.limit;
       drags_[n].law.force = from.drags_[n].law.force;
@@ -240,29 +253,7 @@ template <class Real> class ToolContact : public ToolState {
         return softness > 0.0 ? from.compliance_.at(depth_) / softness : 1.0;
       });
     }
-    theta_ = from.theta_;
-    shaft_ = from.shaft_;
-    at_bone_ = from.at_bone_;
-    bone_seen_ = from.bone_seen_;
-    clear_ = from.clear_;
-    present_ = from.present_;
-    tip_force_ = from.tip_force_;
-    shaft_force_ = from.shaft_force_;
-    bone_force_ = from.bone_force_;
-    deepest_ = from.deepest_;
-    entered_ = from.entered_;
-    step_begin_ = from.step_begin_;
-    step_length_ = from.step_length_;
-    step_tip_force_ = from.step_tip_force_;
-    step_tip_change_ = from.step_tip_change_;
-    stopped_ = from.stopped_;
-    stuck_before_ = from.stuck_before_;
-    place_begin_ = from.place_begin_;
-    gap_begin_ = from.gap_begin_;
-    depth_begin_ = from.depth_begin_;
-    hand_power_begin_ = from.hand_power_begin_;
-    hand_power_end_ = from.hand_power_end_;
-    first_evaluation_ = from.first_evaluation_;
+    static_cast<ContactMemory&>(*this) = from;
     gather(state.position, state.velocity);
     weigh();
     contact_.tip_held = from.contact_.tip_held;
@@ -1308,38 +1299,14 @@ template <class Real> class ToolContact : public ToolState {
   double crept_ = 0.0;     ///< part of the gap that relaxation leaves without force [m]
   std::vector<Relaxation<double>> relaxation_{};  ///< of that tissue, for each interval
   double pressed_ = 0.0;                          ///< energy of that tissue [J]
-  double theta_ = 0.0;                            ///< of an implicit scheme; 0 for an explicit one
-
-  ShaftMode shaft_ = ShaftMode::stick;
-  bool at_bone_ = false;
-  bool bone_seen_ = false;
-  bool clear_ = true;         ///< the tip is off the skin by more than a rebound
-  bool present_ = false;      ///< contact was reported, and no withdrawal since
-  double tip_force_ = 0.0;    ///< T
-  double shaft_force_ = 0.0;  ///< F_f
-  double bone_force_ = 0.0;
-  std::size_t deepest_ = 0;  ///< last interval that the tip entered
-  bool entered_ = false;     ///< the tip entered at least one interval
 
   double tolerance_ = 0.0;  ///< relative tolerance of the solver
-  double step_begin_ = 0.0;
-  double step_length_ = 0.0;
-  double step_tip_force_ = 0.0;   ///< T over the last implicit step [N]
-  double step_tip_change_ = 0.0;  ///< change of T since the step before, if the tip stuck in both
-  double stopped_ = 0.0;  ///< velocity relative to the tissue of a tip that begins to stick [m/s]
-  bool stuck_before_ = false;
-  double place_begin_ = 0.0;
-  double gap_begin_ = 0.0;  ///< distance that the tip is ahead of its cut before a step [m]
   bool predict_ = false;
   std::bitset<12> tried_{};  ///< modes that the present step was solved with
-  double depth_begin_ = 0.0;
   double depth_rate_ = 0.0;
   /// Deceleration that tip and shaft need in an implicit step to stick [m/s^2].
   Eigen::Vector2d lag_{0.0, 0.0};
   Eigen::Vector2d dissipated_power_begin_{0.0, 0.0};
-  bool first_evaluation_ = false;
-  double hand_power_begin_ = 0.0;
-  double hand_power_end_ = 0.0;
 
   Eigen::Vector3d sideways_{0.0, 0.0, 0.0};  ///< force of the tissue on the needle [N]
 };
