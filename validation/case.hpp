@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,12 +42,15 @@ struct CaseContext {
   /// Returns damaged gate files: the kind of damage, and the error message of the reader (empty:
   /// the file was accepted).
   std::function<std::vector<std::pair<std::string, std::string>>()> damaged_files{};
-  /// Materials of the library; empty: the caller reads no files, which also holds for the next two.
+  /// Materials of the library; empty: the caller reads no files, which also holds for the next
+  /// three.
   std::function<std::vector<Material>()> library{};
   /// Returns a shipped scene by name; empty if the program was installed without its scenes.
   std::function<std::optional<Scene>(std::string_view)> shipped_scene{};
   /// Writes a scene with its network as files and returns the network that they hold.
   std::function<SpringNetwork(const Scene&, const SpringNetwork&)> through_files{};
+  /// Returns the network of "scene.toml" among files, by name.
+  std::function<SpringNetwork(const std::map<std::string, std::string>&)> network_of_files{};
 };
 
 struct Case {

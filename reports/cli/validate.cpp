@@ -345,6 +345,11 @@ CaseContext context_of(const ValidateOptions& options, const reference::Cache& c
     io::write_scene_folder(folder.path(), {.scene = scene, .network = network, .needs = {}});
     return build_network(io::read_scene(folder.path() / "scene.toml").scene);
   };
+  context.network_of_files = [](const std::map<std::string, std::string>& files) {
+    const io::ScratchFolder folder;
+    for (const auto& [name, bytes] : files) { io::replace_file(folder.path() / name, bytes); }
+    return build_network(io::read_scene(folder.path() / "scene.toml").scene);
+  };
   if (options.subject.foreign()) {
     context.subject = [choice = confined(options.subject, options, {cached})] {
       return make_subject(choice);

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Measures `palpate live` beside viewers, for docs/live.md: the loop with no viewer, one, four, and one that never reads.
 The cases take turns, so that other work on the machine meets all of them. OUT.html has the distributions side by side:
-response (release to end of work), work (begin to end) and processor time of the loop's thread; OUT.json the numbers. It
-judges nothing.
+response (release to end of work), work (begin to end) and processor time of the loop's thread, and the worst period of a
+round: its median over the rounds, and how much viewers change that median. OUT.json has the numbers. It judges nothing.
 
 usage: live_load.py PALPATE SCENE OUT [--seconds S] [--rounds N] [--minutes M] [--set KEY=VALUE ...]
 
@@ -16,6 +16,8 @@ import json
 import math
 import os
 import platform
+import random
+import statistics
 import sys
 import threading
 import time
@@ -98,7 +100,7 @@ class Case:
     def __init__(self):
         self.bins = {"response": {}, "work": {}, "processor": {}}  # begin [us]: count
         self.worst = dict.fromkeys(self.bins, 0.0)
-        self.worsts = []  # worst response of each round
+        self.worsts = {"response": [], "work": []}  # of each round
         self.periods = self.missed = self.dropped = 0
         self.frames = []
 
@@ -107,12 +109,12 @@ class Case:
             for row in times:
                 begin, count = int(row["time_us"]), int(row[kind])
                 self.bins[kind][begin] = self.bins[kind].get(begin, 0) + count
-            self.worst[kind] = max(self.worst[kind], summary[kind + "_us"]["worst"])
+            self.worsts[kind].append(summary[kind + "_us"]["worst"])
+            self.worst[kind] = max(self.worsts[kind])
         for share in processor:
             value = 1e6 * share * summary["period_s"]
             self.bins["processor"][int(value)] = self.bins["processor"].get(int(value), 0) + 1
             self.worst["processor"] = max(self.worst["processor"], value)
-        self.worsts.append(summary["response_us"]["worst"])
         self.periods += summary["periods"]
         self.missed += summary["missed"]
         self.frames += [rate for rate, _ in frames]
@@ -164,6 +166,27 @@ def rows_of(cases, kind):
         yield [name] + ["-" if time is None else f"{time:.0f}" for time in times]
 
 
+def change_of_worst(alone, beside):
+    """Change of the median of the worsts of the rounds, with its 95 % interval by drawing rounds anew [us]."""
+    draw = random.Random(1)
+
+    def median(values):
+        return statistics.median(draw.choices(values, k=len(values)))
+
+    changes = sorted(median(beside) - median(alone) for _ in range(4000))
+    return statistics.median(beside) - statistics.median(alone), changes[100], changes[-101]
+
+
+def rows_of_worsts(cases):
+    """For each kind and case: median, least and largest of the worsts of the rounds, change of the median."""
+    for kind in ("work", "response"):
+        alone = next(iter(cases.values())).worsts[kind]
+        for name, case in cases.items():
+            worsts = case.worsts[kind]
+            change = "{:+.0f} ({:+.0f} to {:+.0f})".format(*change_of_worst(alone, worsts)) if worsts is not alone else "-"
+            yield [f"{kind}, {name}", f"{statistics.median(worsts):.0f}", f"{min(worsts):.0f}", f"{max(worsts):.0f}", change]
+
+
 def page(cases, scene, command):
     style = open(os.path.join(os.path.dirname(__file__), "../../reports/assets/report.css")).read()
     body = [f"<h1>Does a viewer disturb the loop?</h1><p class=soft>{html.escape(os.path.basename(scene))}, "
@@ -178,12 +201,14 @@ def page(cases, scene, command):
         for row in rows_of(cases, kind):
             body.append("<tr><th>" + row[0] + "</th>" + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>")
         body.append("</table></div>")
-    body.append("<h2>Counts</h2><div class=wide><table><tr><th></th><th>periods</th><th>missed</th><th>frames a second</th>"
-                "<th>worst response of each round, \u00b5s</th></tr>")
+    body.append("<h2>Counts</h2><div class=wide><table><tr><th></th><th>periods</th><th>missed</th><th>frames a second</th></tr>")
     for name, case in cases.items():
         rates = f"{min(case.frames):.1f} to {max(case.frames):.1f}" if case.frames else "-"
-        body.append(f"<tr><th>{name}</th><td>{case.periods}</td><td>{case.missed}</td><td>{rates}</td>"
-                    f"<td>{', '.join(f'{worst:.0f}' for worst in case.worsts)}</td></tr>")
+        body.append(f"<tr><th>{name}</th><td>{case.periods}</td><td>{case.missed}</td><td>{rates}</td></tr>")
+    body.append("</table></div><h2>The worst period of a round</h2><div class=wide><table><tr><th>\u00b5s</th><th>median</th>"
+                "<th>least</th><th>largest</th><th>change of the median, 95 % interval</th></tr>")
+    for row in rows_of_worsts(cases):
+        body.append("<tr><th>" + row[0] + "</th>" + "".join(f"<td>{cell}</td>" for cell in row[1:]) + "</tr>")
     body.append(f"</table></div><p class=soft>{html.escape(command)}</p>")
     return ('<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
             'content="width=device-width, initial-scale=1"><title>Does a viewer disturb the loop?</title><style>' + style +
@@ -227,13 +252,15 @@ def main():
         for kind, title in KINDS:
             print(f"{title} [us]\n" + "\n".join(", ".join(row) for row in rows_of(cases, kind)))
         for name, case in cases.items():
-            print(f"{name}: {case.missed} of {case.periods} missed, frames a second {[round(rate, 1) for rate in case.frames]}, "
-                  f"worst of each round {[round(worst) for worst in case.worsts]} us")
+            rates = f", frames a second {min(case.frames):.1f} to {max(case.frames):.1f}" if case.frames else ""
+            print(f"{name}: {case.missed} of {case.periods} missed{rates}")
+        print("Worst period of a round [us]: median, least, largest, change of the median (95 % interval)")
+        print("\n".join(", ".join(row) for row in rows_of_worsts(cases)))
         with open(out + ".html", "w") as file:
             file.write(page(cases, scene, " ".join(["live_load.py"] + [os.path.basename(word) for word in sys.argv[2:]])))
         with open(out + ".json", "w") as file:
             json.dump({name: {kind: {label: case.at(kind, share) for label, share in SHARES} for kind, _ in KINDS}
-                       for name, case in cases.items()}, file, indent=2)
+                       | {"worst_of_rounds": case.worsts} for name, case in cases.items()}, file, indent=2)
         print(out + ".html")
     if minutes:
         watch_memory(palpate, scene, out + "-memory", minutes)

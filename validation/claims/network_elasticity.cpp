@@ -573,6 +573,37 @@ void measure_poisson(const CaseContext& context, Outcome& outcome) {
   }
 }
 
+/// Layers that differ in damping alone, with their border in a row of cells: a step of velocity
+/// across the row loses the power of the mean damping ratio.
+void judge_mixed_damping(const CaseContext& context, Outcome& outcome) {
+  constexpr double upper = 0.2;
+  constexpr double lower = 0.8;
+  Scene scene;
+  scene.tissue.source = Source::layers;
+  scene.tissue.block = {.nodes = {3, 3}, .spacing = 0.003, .connectivity = 26};
+  scene.tissue.fixed = std::vector<Face>{};
+  scene.materials = {{.name = "upper", .youngs_modulus = 1e4, .damping_ratio = upper},
+                     {.name = "lower", .youngs_modulus = 1e4, .damping_ratio = lower}};
+  const auto lost = [&](double border) {
+    scene.tissue.layers = {{"upper", "upper", border}, {"lower", "lower", 0.009 - border}};
+    const SpringNetwork network = candidate(context, build_network(scene));
+    const NetworkProblem problem(network);
+    Eigen::SparseMatrix<double> stiffness;
+    Eigen::SparseMatrix<double> damping;
+    problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), stiffness, damping);
+    VectorXd v = VectorXd::Zero(problem.dof());
+    for (const int node : problem.free_nodes()) {
+      v(problem.coordinate(node) + 2) = network.rest_position(2, node) < 0.0045 ? 0.0 : 1.0;
+    }
+    return v.dot(damping * v);
+  };
+  const double mixed = upper / 3.0 + lower * 2.0 / 3.0;
+  outcome.judge_near("damping_of_a_row_of_two_tissues", lost(0.004) / lost(0.006), mixed / upper,
+                     1e-12,
+                     "the mean damping ratio by volume, a third and two thirds (EQUATIONS.md); "
+                     "rounding");
+}
+
 /// Decay of the slowest mode of a cube of 20 mm on a fixed face, from its motion.
 void measure_retardation(const CaseContext& context, Outcome& outcome) {
   constexpr double edge = 0.02;
@@ -618,6 +649,7 @@ void measure_retardation(const CaseContext& context, Outcome& outcome) {
                           "grid; strains of 1e-5");
     outcome.report("damping_ratio_" + std::to_string(cells) + "_cells", measured, "1");
   }
+  judge_mixed_damping(context, outcome);
 }
 
 /// A spring between a fixed and a very heavy node, whose strain is held or grows steadily.

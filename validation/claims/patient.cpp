@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "model/tissue/network_builder.hpp"
 #include "reference/solver_cross_check.hpp"
@@ -256,7 +257,71 @@ void measure_library(const CaseContext& context, Outcome& outcome) {
                         "17.80 mm + 0.978 mm BMI (Ravi et al. 2011), to 0.1 mm", "m");
 }
 
-/// A network with an initial state is the same after it was written and read.
+/// A box of 20.99 x 21.01 x 21.01 mm in a file in millimetres. Voxels of 2 mm are inside if their
+/// centres are, of which one along each axis is at 21 mm.
+void measure_surface_file(const CaseContext& context, Outcome& outcome) {
+  const std::string box =
+      "v 0 0 0\nv 20.99 0 0\nv 20.99 21.01 0\nv 0 21.01 0\n"
+      "v 0 0 21.01\nv 20.99 0 21.01\nv 20.99 21.01 21.01\nv 0 21.01 21.01\n"
+      "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  const std::string scene =
+      "[tissue]\nsource = \"mesh\"\n[tissue.mesh]\nvoxel = 0.002\n"
+      "files = [{ path = \"box.obj\", material = \"gel\", scale = 0.001 }]\n"
+      "[[material]]\nname = \"gel\"\nyoungs_modulus = 1e4\ndensity = 1000.0\n";
+  const SpringNetwork network = context.network_of_files({{"box.obj", box}, {"scene.toml", scene}});
+  outcome.judge_near("mass_of_a_box_from_a_surface", network.mass.sum(), 9.68e-3, 1e-12,
+                     "10 x 11 x 11 voxels of 2 mm, of 1000 kg/m^3; rounding", "kg");
+}
+
+/// Four PNG slices of 4 x 4 equal pixels of 16 bits, written by another program (zlib of Python):
+/// 511, 512, 768 and 1024. With their bytes exchanged the first would be the brightest.
+void measure_slices(const CaseContext& context, Outcome& outcome) {
+  const std::array<std::string_view, 4> pixels{
+      "6360fc0f810cb8190018431001a3bb9420", "636062804006dc0c000274002142669a94",
+      "636066804006dc0c00039c0031f0451f0f", "636061804006dc0c0004c4004176033c01"};
+  std::map<std::string, std::string> files{
+      {"scene.toml",
+       "[tissue]\nsource = \"mri\"\n[tissue.mri]\npath = \".\"\nspacing = [1e-3, 1e-3, 1e-3]\n"
+       "percentiles = [0, 100]\n"
+       "lookup = [{ intensity = 0.0, material = \"soft\" }, "
+       "{ intensity = 1.0, material = \"stiff\" }]\n"
+       "[[material]]\nname = \"soft\"\nyoungs_modulus = 1e3\n"
+       "[[material]]\nname = \"stiff\"\nyoungs_modulus = 1e5\n"}};
+  const auto from_hexadecimal = [](std::string_view digits) {
+    std::string bytes;
+    for (std::size_t n = 0; n < digits.size(); n += 2) {
+      bytes += static_cast<char>(std::stoi(std::string(digits.substr(n, 2)), nullptr, 16));
+    }
+    return bytes;
+  };
+  for (std::size_t n = 0; n < pixels.size(); ++n) {
+    files["slice" + std::to_string(n) + ".png"] = from_hexadecimal(
+        "89504e470d0a1a0a0000000d4948445200000004000000041000000000dc0a1de10000000f4944415478da" +
+        std::string(pixels[n]) + "0000000049454e44ae426082");
+  }
+  const SpringNetwork network = context.network_of_files(files);
+  const std::array<double, 4> grey{511.0, 512.0, 768.0, 1024.0};
+  const auto modulus = [&](std::size_t slice) {
+    return 1e3 * std::pow(100.0, (grey[slice] - grey[0]) / (grey[3] - grey[0]));
+  };
+  const double unit = bond_stiffness(1.0, 1e-3, 26).edge;
+  Largest worst;
+  int upright = 0;
+  for (const Spring& spring : network.springs) {
+    const auto slice = static_cast<std::size_t>(spring.a / 16);
+    const bool inside = spring.a % 16 == 5 && spring.b - spring.a == 16;
+    if (!inside) { continue; }
+    ++upright;
+    const double expected = unit * 0.5 * (modulus(slice) + modulus(slice + 1));
+    worst.add(std::abs(spring.stiffness / expected - 1.0));
+  }
+  outcome.judge_equal("springs_between_slices_of_16_bits", upright, 3.0, "four slices");
+  outcome.judge_at_most("stiffness_between_slices_of_16_bits", worst.value(), 1e-5,
+                        "E = 1e3 Pa * 100^intensity; intensities in single precision");
+}
+
+/// A network with an initial state is the same after it was written and read; surfaces and images
+/// have the size and the numbers of their files.
 void measure_files(const CaseContext& context, Outcome& outcome) {
   if (!context.through_files) { throw CannotDo("not run: no files can be written"); }
   Scene scene = s26_scene(4);
@@ -287,21 +352,25 @@ void measure_files(const CaseContext& context, Outcome& outcome) {
   }
   outcome.judge_at_most("largest_change", worst.value(), 0.0,
                         "17 digits hold a double: the same bits");
+  measure_surface_file(context, outcome);
+  measure_slices(context, outcome);
 }
 
 }  // namespace
 
 std::vector<Case> patient_cases() {
-  return {{"patient/library", "model",
-           "Library materials and the depths of the shipped scenes are the published figures.",
-           measure_library, 0.1},
-          {"patient/files", "model",
-           "A network with an initial state is the same after it was written and read.",
-           measure_files, 0.1},
-          {"patient/lumbar", "accuracy",
-           "On a network sampled from a patient's MRI, pressed and let go, every scheme converges "
-           "at its order to what independent solvers agree on",
-           measure_lumbar, 100.0, false}};
+  return {
+      {"patient/library", "model",
+       "Library materials and the depths of the shipped scenes are the published figures.",
+       measure_library, 0.1},
+      {"patient/files", "model",
+       "A network is the same after it was written and read, and a surface and slices of 16 bits "
+       "have the lengths and the brightness of their files.",
+       measure_files, 0.1},
+      {"patient/lumbar", "accuracy",
+       "On a network sampled from a patient's MRI, pressed and let go, every scheme converges "
+       "at its order to what independent solvers agree on",
+       measure_lumbar, 100.0, false}};
 }
 
 }  // namespace palpate

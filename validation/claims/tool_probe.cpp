@@ -2,6 +2,7 @@
 /// Probes: continuum solutions, palpation of bone, sliding along the skin.
 
 #include <functional>
+#include <numbers>
 
 #include "model/problem/needle_path.hpp"
 #include "model/tissue/network_builder.hpp"
@@ -157,14 +158,32 @@ void measure_probe(const CaseContext& context, Outcome& outcome) {
                      "condition number is below 1e6");
 }
 
-/// Force over insertion of a disc that rests on gel at a thousandth of its radius.
-double disc_stiffness(const CaseContext& context, const Gel& gel, double spacing) {
+/// Force over insertion of a face that rests on gel at a thousandth of the radius of the disc.
+double face_stiffness(const CaseContext& context, const Gel& gel, double spacing,
+                      const Probe& face) {
   Scene scene = disc_on_gel(gel, spacing);
+  scene.probe = face;
   constexpr double depth = 1e-3 * disc;
   scene.drive = Drive{.speed = depth / 0.1, .depth = depth, .hold = 1.0};
   // Ticks that are long against the periods of the gel: each reduces the motion to a hundredth.
   scene.simulation = {.duration = 0.4, .step = 0.1, .integrator = "implicit-euler"};
   return insert(context, scene).tool.back().forces.total / depth;
+}
+
+double disc_stiffness(const CaseContext& context, const Gel& gel, double spacing) {
+  return face_stiffness(context, gel, spacing, Probe{.size = {2.0 * disc, 2.0 * disc}});
+}
+
+/// A square face of the area of a disc against the disc, on a deep block.
+void judge_square(const CaseContext& context, const Gel& gel, double spacing, Outcome& outcome) {
+  const double side = disc * std::sqrt(std::numbers::pi);
+  const Probe square{.shape = Probe::Shape::ultrasound, .size = {side, side}};
+  outcome.judge_near(
+      "stiffness_of_a_square_face_over_a_disc",
+      face_stiffness(context, gel, spacing, square) / disc_stiffness(context, gel, spacing), 1.012,
+      0.01,
+      "continuum: a rigid square punch has 1.012 times the stiffness of a disc of "
+      "its area (King 1987); 1 % by the grid");
 }
 
 /// Compares a disc with Hayes' layer on a ladder of spacings. Bounds are relative to the truth.
@@ -220,6 +239,7 @@ void measure_disc(const CaseContext& context, Outcome& outcome, bool thin) {
                                         1.0);
     judge_ladder(context, gel, spacings, sides, table, outcome);
     outcome.report("effect_of_the_sides_nu_" + plain_number(nu, 2), sides);
+    if (!thin && nu == 0.25) { judge_square(context, gel, spacings.back(), outcome); }
   }
 }
 
