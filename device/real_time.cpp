@@ -6,12 +6,15 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <fcntl.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <time.h>
+#include <unistd.h>
 
 namespace palpate::device {
 
@@ -90,6 +93,18 @@ LockedMemory::LockedMemory() noexcept {
 
 LockedMemory::~LockedMemory() {
   if (refusal_.empty()) { munlockall(); }
+}
+
+AwakeProcessors::AwakeProcessors() noexcept {
+  constexpr std::int32_t latency = 0;  // [us]
+  file_ = ::open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
+  if (file_ < 0 || ::write(file_, &latency, sizeof latency) != ssize_t{sizeof latency}) {
+    refusal_ = std::strerror(errno);
+  }
+}
+
+AwakeProcessors::~AwakeProcessors() {
+  if (file_ >= 0) { ::close(file_); }
 }
 
 FifoScheduling::FifoScheduling(int priority) noexcept {

@@ -65,8 +65,8 @@ class DeadlineClock {
   DeadlineFacts facts_{};
 };
 
-// Privileges of a thread with deadlines: SCHED_FIFO, locked memory, a reserved processor. No
-// function throws; the reason of a refusal is returned.
+// Privileges of a thread with deadlines: SCHED_FIFO, locked memory, a reserved processor,
+// processors that do not idle deeply. No function throws; the reason of a refusal is returned.
 
 /// Returns the processors that this process may run on, ascending.
 std::vector<int> allowed_processors();
@@ -85,6 +85,21 @@ class LockedMemory {
   [[nodiscard]] const std::string& refusal() const { return refusal_; }  ///< empty: granted
 
  private:
+  std::string refusal_{};
+};
+
+/// Keeps all processors out of idle states that take time to leave, during the lifetime of the
+/// object (Linux: /dev/cpu_dma_latency, 0 us).
+class AwakeProcessors {
+ public:
+  AwakeProcessors() noexcept;
+  ~AwakeProcessors();
+  AwakeProcessors(const AwakeProcessors&) = delete;
+  AwakeProcessors& operator=(const AwakeProcessors&) = delete;
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }  ///< empty: granted
+
+ private:
+  int file_ = -1;
   std::string refusal_{};
 };
 

@@ -209,6 +209,7 @@ std::vector<EnvironmentFact> environment_of(const certificate::Rights& rights, i
       {"scheduling", "scheduling of the loop",
        granted("SCHED_FIFO, priority " + std::to_string(priority), rights.fifo)},
       {"memory", "memory", granted("locked, stack touched", rights.memory)},
+      {"idle_states", "idle states", granted("none with latency", rights.idle)},
       {"processor", "loop kept to processor",
        rights.processor.empty() ? Value{static_cast<double>(rights.on)} : Value{rights.processor}},
       {"compiler", "compiler", build.at("compiler")},

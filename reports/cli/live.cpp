@@ -22,6 +22,7 @@
 #include "reports/live/live_loop.hpp"
 #include "reports/live/live_server.hpp"
 #include "reports/results/results_json.hpp"
+#include "validation/certificate/certificate.hpp"
 
 namespace palpate::cli {
 namespace {
@@ -200,11 +201,15 @@ class LiveSession {
     Trace trace;
     {
       std::optional<device::LockedMemory> memory;
+      std::optional<device::AwakeProcessors> awake;
       std::optional<device::FifoScheduling> fifo;
       if (!options_.ordinary) {
         memory.emplace();
+        awake.emplace();
         fifo.emplace(priority);
-        rights_ = {memory->refusal(), fifo->refusal() == 0 ? "" : "refused"};
+        rights_ = {.fifo = fifo->refusal() == 0 ? "" : "refused",
+                   .memory = memory->refusal(),
+                   .idle = awake->refusal()};
       }
       device::touch_stack();
       trace = roll_out(*subject_, scene_, {.every = subject_->tick_count()},
@@ -276,8 +281,9 @@ class LiveSession {
         static_cast<long>(state.periods), "missed", static_cast<long>(state.missed), "left_out_s",
         state.left_out, "response_us", times_of(loop_->record().response), "work_us",
         times_of(loop_->record().compute), "material_changes", changes_.size(), "scheduling",
-        rights_.second.empty() ? "SCHED_FIFO" : rights_.second, "memory",
-        rights_.first.empty() ? "locked" : rights_.first);
+        rights_.fifo.empty() ? "SCHED_FIFO" : rights_.fifo, "memory",
+        rights_.memory.empty() ? "locked" : rights_.memory, "idle_states",
+        rights_.idle.empty() ? "none with latency" : rights_.idle);
     const io::WholeWrite together;
     io::replace_file(folder / "summary.json", json.dump(2) + "\n");
     io::replace_file(folder / "times.csv", times_table());
@@ -340,8 +346,9 @@ class LiveSession {
   std::unique_ptr<LiveLoop> loop_{};
   std::optional<LiveServer> server_{};
   fs::path folder_{};
-  std::pair<std::string, std::string> rights_{};  ///< refusals of memory and scheduling
-  std::vector<MaterialChange> changes_{};         ///< of the last run
+  certificate::Rights rights_{
+      .fifo = "not asked for", .memory = "not asked for", .idle = "not asked for"};
+  std::vector<MaterialChange> changes_{};  ///< of the last run
   std::exception_ptr failure_{};
 };
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <sched.h>
 #include <thread>
+#include <unistd.h>
 
 #include "tests/check.hpp"
 
@@ -95,6 +96,20 @@ TEST("locked memory is released, or the refusal is reported") {
   { const LockedMemory locked; }
   const LockedMemory again;  // a second time gives the same answer
   CHECK(again.refusal().empty() == LockedMemory().refusal().empty());
+}
+
+TEST("processors stay awake during the lifetime of the object, or the refusal is reported") {
+  const auto next_file = [] {
+    const int file = ::dup(STDERR_FILENO);
+    ::close(file);
+    return file;
+  };
+  const int before = next_file();
+  {
+    const AwakeProcessors awake;  // the system keeps them awake while the file is open
+    CHECK(awake.refusal().empty() == (next_file() > before));
+  }
+  CHECK(next_file() == before);
 }
 
 }  // namespace

@@ -265,6 +265,8 @@ class Certifier {
     probe_ticks();
     if (!result_.budget.diverged_at && !is_stopped()) {
       const std::unique_ptr<device::LockedMemory> locked = lock_memory();
+      std::optional<device::AwakeProcessors> awake;
+      if (plan_.ask_for_rights) { result_.rights.idle = awake.emplace().refusal(); }
       for (const std::string& load : plan_.loads) {
         if (!is_stopped()) { measure_under(load); }
       }
@@ -312,7 +314,7 @@ class Certifier {
 
   std::unique_ptr<device::LockedMemory> lock_memory() {
     if (!plan_.ask_for_rights) {
-      result_.rights.memory = result_.rights.fifo = "not asked for";
+      result_.rights.memory = result_.rights.fifo = result_.rights.idle = "not asked for";
       return nullptr;
     }
     auto locked = std::make_unique<device::LockedMemory>();

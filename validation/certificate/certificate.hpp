@@ -104,6 +104,7 @@ struct LoadResult {
 struct Rights {
   std::string fifo{};
   std::string memory{};
+  std::string idle{};  ///< processors without idle states that take time to leave
   std::string processor{};
   int on = 0;         ///< processor of the loop
   bool alone = true;  ///< the loads ran on other processors

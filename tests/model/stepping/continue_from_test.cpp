@@ -140,12 +140,12 @@ TEST("a run that goes on in an equal simulation is the same up to the solver's t
   constexpr double rounding = 1e-7;
   CHECK(difference(moving_scene("leapfrog"), 4, 50) <= rounding);
   for (const long ticks : {1L, 60L, 250L}) {
-    CHECK(difference(needle_scene("implicit-euler"), ticks, 200) <= rounding);
-    CHECK(difference(relaxing_scene(true), ticks, 200) <= rounding);
-    CHECK(difference(relaxing_scene(false), ticks, 200) <= rounding);
-    CHECK(difference(creeping_scene(), ticks, 200) <= rounding);
-    CHECK(difference(reduced_scene(), ticks, 200) <= rounding);
-    CHECK(difference(sliding_scene(), ticks, 200) <= rounding);
+    CHECK(difference(needle_scene("implicit-euler"), ticks, 80) <= rounding);
+    CHECK(difference(relaxing_scene(true), ticks, 80) <= rounding);
+    CHECK(difference(relaxing_scene(false), ticks, 80) <= rounding);
+    CHECK(difference(creeping_scene(), ticks, 80) <= rounding);
+    CHECK(difference(reduced_scene(), ticks, 80) <= rounding);
+    CHECK(difference(sliding_scene(), ticks, 80) <= rounding);
   }
 }
 
