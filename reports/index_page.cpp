@@ -209,9 +209,10 @@ Data index_row(const History& history) {
                   sparkline(history, each.name));
   };
   return record("folder", now.folder, "page", now.folder + "/report.html", "colour",
-                std::string(name_of(status_of(now))), "badge", now.kind, "title", now.title,
-                "verdict", text_or_nothing(now.verdict), "has_values", !now.values.empty(),
-                "values", data_of(now.values, value), "date", now.date, "runs",
+                std::string(name_of(status_of(now))), "badge", now.kind, "title",
+                now.title + (now.title.empty() || now.verdict.empty() ? "" : ":"), "verdict",
+                text_or_nothing(now.verdict), "has_values", !now.values.empty(), "values",
+                data_of(now.values, value), "date", now.date, "runs",
                 counted(history.size(), "run", "runs"), "command", text_or_nothing(now.command));
 }
 

@@ -166,6 +166,8 @@ std::map<std::string, std::string> build_provenance();
 
 /// Program version with commit: "palpate 0.1.0 (commit)".
 std::string version_text();
+/// The same, and a line for each fact of build, processor, licence and libraries.
+std::string version_details();
 
 /// Value of a key in /proc/cpuinfo for the first processor; empty if the key is missing.
 std::string processor_line(const std::string& name);

@@ -152,22 +152,32 @@ const char* instructions_here() {
                                                             : "baseline x86-64";
 }
 
-/// Prints one line for each fact; those of the processor are found out now, the others were fixed
-/// when the program was built.
-int run_version(const CommonOptions&) {
-  std::printf("%s\n", version_text().c_str());
+}  // namespace
+
+std::string version_details() {
+  std::string text = version_text();
+  const auto add = [&](std::string_view name, std::string_view value) {
+    text += "\n  ";
+    text += name;
+    text.append(name.size() < 14 ? 14 - name.size() : 0, ' ');
+    text += ' ';
+    text += value;
+  };
   const std::map<std::string, std::string> facts = build_provenance();
-  for (const char* name : {"compiler", "flags", "processor"}) {
-    std::printf("  %-14s %s\n", name, facts.at(name).c_str());
-  }
-  std::printf("  %-14s %s\n", "instructions", instructions_here());
-  std::printf("  %-14s %s\n", "licence",
-              "GPL-3.0-or-later as a whole, because it links GSL; its sources are MIT");
+  for (const char* name : {"compiler", "flags", "processor"}) { add(name, facts.at(name)); }
+  add("instructions", instructions_here());
+  add("licence", "GPL-3.0-or-later as a whole, because it links GSL; its sources are MIT");
   std::istringstream libraries(PALPATE_LIBRARIES);
   for (std::string each; std::getline(libraries, each, '|');) {
-    std::printf("  %-14s %s\n", each.substr(0, each.find(' ')).c_str(),
-                each.substr(each.find(' ') + 1).c_str());
+    add(each.substr(0, each.find(' ')), each.substr(each.find(' ') + 1));
   }
+  return text;
+}
+
+namespace {
+
+int run_version(const CommonOptions&) {
+  std::printf("%s\n", version_details().c_str());
   return done;
 }
 

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 /// The `palpate` program: command line in, exit code out.
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <span>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "fixtures/io/child_read.hpp"
 #include "fixtures/io/file_bytes.hpp"
@@ -53,7 +56,7 @@ int run(Program& program, int argc, char** argv) {
       std::fflush(stdout);
     }
     throw InputError(usage_error(program.app, error));
-  }
+  } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
   try {
     (void)widest_allowed();
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
@@ -84,7 +87,12 @@ int main(int argc, char** argv) {
   catch_interrupts();
   Program program;
   CLI::App& app = program.app;
-  app.set_version_flag("--version", version_text());
+  const std::span<char*> words(argv, static_cast<std::size_t>(argc));
+  app.set_version_flag("--version", [words] {
+    const bool verbose = std::ranges::any_of(
+        words, [](std::string_view word) { return word == "--verbose" || word == "-v"; });
+    return verbose ? version_details() : version_text();
+  });
   app.require_subcommand(1);
   const std::string exit_codes =
       "Exit codes: 0 all checks pass, 1 a check failed, 2 bad usage or input (nothing written),\n"
