@@ -953,15 +953,9 @@ void add_width(const Written& written, const std::string& text, QuantityKind qua
 /// agree.
 bool only_curves_differ(const ComparisonReport& report) {
   if (report.found.outcome.status != Status::fail) { return false; }
-  const auto by_curve = [&](const GroupSummary& group) {
-    if (group.outcome.status != Status::fail || group.only_curve_differs) { return true; }
-    if (group.corridor) { return false; }
-    return std::ranges::all_of(report.found.recordings, [&](const Comparison& one) {
-      return one.group != group.group || one.outcome.status != Status::fail ||
-             one.only_curve_differs;
-    });
-  };
-  return std::ranges::all_of(report.found.groups, by_curve);
+  return std::ranges::all_of(report.found.groups, [](const GroupSummary& group) {
+    return group.outcome.status != Status::fail || group.only_curve_differs;
+  });
 }
 
 std::string tally_of(const ComparisonReport& report) {

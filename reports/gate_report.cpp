@@ -109,10 +109,15 @@ LabelledTable notable_table(const std::vector<std::vector<std::string>>& rows, s
 using Json = nlohmann::ordered_json;
 
 Json change_json(const gate::Change& change) {
-  return object("item", change.item, "judgement", name_of(change.kind), "before", change.before,
-                "now", change.now, "unit", change.unit, "moved", change.moved, "allowed",
-                change.allowed, "excess", change.excess, "status",
-                change.fails() ? "fail" : "pass");
+  const bool texts = !change.text_before.empty() || !change.text_now.empty();
+  const bool numbers = change.before != 0.0 || change.now != 0.0;
+  const auto value = [&](const std::string& text, double number) {
+    return texts ? Json(text) : numbers ? finite_or_null(number) : Json(nullptr);
+  };
+  return object("item", change.item, "judgement", name_of(change.kind), "before",
+                value(change.text_before, change.before), "now", value(change.text_now, change.now),
+                "unit", change.unit, "moved", change.moved, "allowed", change.allowed, "excess",
+                change.excess, "status", change.fails() ? "fail" : "pass");
 }
 
 Json changes_json(const gate::CaseChanges& one) {

@@ -264,8 +264,8 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
   }
 }
 
-/// Warns of a modulus that was probably given in kPa. The softest organs (brain, liver, fat) have
-/// some hundred Pa.
+/// Warns of a modulus that was probably given in kPa, and of a motion in mm. The softest organs
+/// (brain, liver, fat) have some hundred Pa; hands move needles by less than 0.5 m/s and 0.3 m.
 void warn_of_units(const Scene& scene, StepPlan& plan) {
   constexpr double softest = 100.0;  // [Pa]
   for (const Material& material : scene.materials) {
@@ -275,6 +275,15 @@ void warn_of_units(const Scene& scene, StepPlan& plan) {
                               " Pa, less than that of any tissue; 1 kPa is 1000");
     }
   }
+  const auto warn = [&](const char* key, double value, double most, const char* unit) {
+    if (!(std::abs(value) > most)) { return; }
+    plan.warnings.push_back(std::string(key) + " is " + number(value) + " " + unit +
+                            ", more than a hand moves a needle; 1 mm" +
+                            std::string(unit).substr(1) + " is 0.001");
+  };
+  if (!scene.drive || scene.drive->kind != Drive::Kind::trajectory) { return; }
+  warn("drive.speed", scene.drive->speed, 0.5, "m/s");
+  warn("drive.depth", scene.drive->depth.value_or(0.0), 0.3, "m");
 }
 
 /// Warns if the force at which the tip cuts the first cells presses them by more than half their

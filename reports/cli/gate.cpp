@@ -130,6 +130,11 @@ int run_gate(const GateOptions& options) {
     std::printf("%s; %s\n%s\n", verdict_sentence(report.result).c_str(),
                 io::printable((folder / "report.html").string()).c_str(),
                 builds_text(report).c_str());
+    if (!report.result.holds()) {
+      std::printf("if the change is intended: palpate approve %s --baseline %s --reason \"why\"\n",
+                  io::printable(in_shell_quotes(options.results.string())).c_str(),
+                  io::printable(in_shell_quotes(options.baseline.string())).c_str());
+    }
   }
   return report.result.holds() ? done : fell_short;
 }

@@ -159,7 +159,9 @@ int run_import(const ImportOptions& options) {
   io::write_recording_csv(folder / "recording.csv", read.recording);
   if (!options.quiet) {
     tell(read);
-    std::printf("%s\n", io::printable((folder / "recording.h5").string()).c_str());
+    const std::string file = (folder / "recording.h5").string();
+    std::printf("%s\nnext: palpate compare %s --scene SCENE.toml\n", io::printable(file).c_str(),
+                io::printable(in_shell_quotes(file)).c_str());
   }
   std::printf("%s\n", io::printable((folder / "recording.csv").string()).c_str());
   return done;

@@ -1041,6 +1041,9 @@ int run_scene(const RunOptions& options) {
     if (options.vtk) {
       io::write_vtk(folder / "vtk", result.trace, network->network(),
                     tool_lines(scene, network->network(), result.trace));
+      if (!options.quiet) {
+        std::printf("%s\n", io::printable((folder / "vtk/trace.pvd").string()).c_str());
+      }
     }
   }
   whole.reset();  // what follows may take minutes

@@ -539,6 +539,11 @@ void write_results_folder(const std::filesystem::path& folder, const Results& re
 
 Results read_results_folder(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "results.json";
+  if (fs::is_directory(folder) && !fs::exists(file)) {
+    throw InputError(
+        folder.string() +
+        ": has no results.json; a results folder of validate, bench, merge or subject");
+  }
   Results results = results_from_json(io::read_text(file, most_json_bytes), file.string());
   for (Outcome& outcome : results.outcomes) { read_figure_data(folder / "traces", outcome); }
   return results;
@@ -606,6 +611,10 @@ gate::Baseline read_baseline_once(const fs::path& path, const std::string& text)
 }  // namespace
 
 gate::Baseline read_baseline(const fs::path& path) {
+  if (!fs::exists(path)) {
+    throw InputError(path.string() + ": no such file; `palpate approve RESULTS --baseline " +
+                     path.string() + " --reason TEXT` writes one");
+  }
   for (;;) {
     const std::string text = io::read_text(path, most_json_bytes);
     try {

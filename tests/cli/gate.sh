@@ -38,7 +38,7 @@ grep -q "1 identical to the last bit" "$out/said"
 sed -i 's/^title = "/title = "Another /' "$scene"
 run stale
 expect 1 "$palpate" gate "$out/stale" --baseline "$baseline" --out "$out/gate"
-grep -q "claims" "$out/said"
+grep -q "scene: title" "$out/said"
 grep -q '"verdict": "fail"' "$out/gate/gate.json"
 grep -q "<failure" "$out/gate/gate.xml"
 expect 0 "$palpate" approve "$out/stale" --baseline "$baseline" --reason "another title"

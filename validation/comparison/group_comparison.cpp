@@ -197,6 +197,11 @@ void judge_one_by_one(const Members& members, GroupSummary& summary) {
                 summary.recordings > 1 ? one->recording + ": " : "", parts);
   }
   conclude(summary.outcome, std::move(parts));
+  summary.only_curve_differs =
+      summary.outcome.status == Status::fail &&
+      std::ranges::all_of(members, [](const Comparison* one) {
+        return one->outcome.status != Status::fail || one->only_curve_differs;
+      });
 }
 
 /// A subject agrees if all its recordings agree, because they are not independent.

@@ -42,8 +42,8 @@ struct GroupSummary {
   double agree_share = not_measured;  ///< share of the subjects that agree
   Interval agree_interval{};          ///< 95 % Clopper-Pearson
   std::vector<FeatureSummary> features{};
-  std::vector<FeatureComparison> means{};     ///< with the mean over subjects; only with a corridor
-  bool only_curve_differs = false;            ///< the means agree, and the corridor does not hold
+  std::vector<FeatureComparison> means{};  ///< with the mean over subjects; only with a corridor
+  bool only_curve_differs = false;         ///< the features agree; the corridor or a curve does not
   std::optional<SubjectCorridor> corridor{};  ///< on the clock of the simulation
   /// Corridor of the advance of insertions over the depth below the contact; it is not judged.
   std::optional<SubjectCorridor> advance_corridor{};

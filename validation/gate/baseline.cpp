@@ -246,7 +246,8 @@ void describe_wide_spreads(const AcceptedCase& accepted, std::vector<std::string
       if (!(allowed > tube)) { continue; }
       lines.push_back(accepted.outcome.name + ": " + name + ": rounding moves it by " +
                       plain_number(spread->second, 2) + ", so the gate allows " +
-                      plain_number(allowed, 2) + " in place of " + plain_number(tube, 2));
+                      plain_number(allowed, 2) + " in place of " + plain_number(tube, 2) + " of " +
+                      figure.y.label);
     }
   }
 }

@@ -691,8 +691,11 @@ CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
     changes.push_back(broken("", std::move(problem)));
   }
   if (now.claim != accepted.outcome.claim) {
-    changes.push_back(
-        broken("", "claims \"" + now.claim + "\", was \"" + accepted.outcome.claim + "\""));
+    const bool of_run = accepted.outcome.suite == "run";  // its claim is the title of the scene
+    changes.push_back(broken(of_run ? std::string(scene_prefix) + "title" : "claim",
+                             "is \"" + now.claim + "\", was \"" + accepted.outcome.claim + "\""));
+    changes.back().text_before = accepted.outcome.claim;
+    changes.back().text_now = now.claim;
   }
   const bool was_judged = accepted.outcome.status != Status::skip;
   const bool is_judged = now.status != Status::skip;
