@@ -143,6 +143,7 @@ def refusals(live):
 def viewers(live):
     """One writer; a message that is too long, or too many, end a connection; a viewer that never reads loses frames."""
     first, second = Viewer(live), Viewer(live)
+    first.wait(lambda state: state["writer"] == "nobody", "the page of the test before has left")
     first.send({"do": "pause"})
     first.wait(lambda state: state["writer"] == "you" and not state["running"], "the first viewer operates")
     second.wait(lambda state: state["writer"] == "another" and not state["running"], "the second viewer watches")
