@@ -34,7 +34,7 @@ struct Coupling {
 };
 Coupling coupling_of(const Scene& scene, const Drive& drive);
 
-/// What a tool carries from step to step in every tissue.
+/// State that a tool keeps between two steps.
 struct ToolMemory {
   Eigen::Vector2d centre_{0.0, 0.0};  ///< of a sliding probe [m]
   std::optional<SyringePressure> syringe_{};
@@ -109,8 +109,8 @@ class ToolState : protected ToolMemory {
   double mass_ = 0.0;               ///< [kg]; zero under a prescribed trajectory
 };
 
-/// What the contact of a tool with tissue carries from step to step, besides what the positions of
-/// the tissue give.
+/// State that the contact keeps between two steps and cannot compute from the positions and
+/// velocities of the tissue.
 struct ContactMemory {
   double theta_ = 0.0;  ///< of an implicit scheme; 0 for an explicit one
   ShaftMode shaft_ = ShaftMode::stick;

@@ -174,7 +174,8 @@ double disc_stiffness(const CaseContext& context, const Gel& gel, double spacing
   return face_stiffness(context, gel, spacing, Probe{.size = {2.0 * disc, 2.0 * disc}});
 }
 
-/// A square face of the area of a disc against the disc, on a deep block.
+/// A square face of the area of a disc against the disc, on a deep block (R. B. King, Elastic
+/// analysis of some punch problems for a layered medium, Int. J. Solids Struct. 23, 1987).
 void judge_square(const CaseContext& context, const Gel& gel, double spacing, Outcome& outcome) {
   const double side = disc * std::sqrt(std::numbers::pi);
   const Probe square{.shape = Probe::Shape::ultrasound, .size = {side, side}};
