@@ -69,6 +69,20 @@ TEST("a modulus below that of any tissue is warned of, because it was probably g
   CHECK(plan_of(scene).warnings.size() == warnings.size() - 1);
 }
 
+TEST("a speed and a depth beyond those of a hand are warned of, because they were probably in mm") {
+  Scene scene = layered_scene();
+  scene.drive = Drive{.speed = 0.005, .depth = 0.03};
+  const std::size_t others = plan_of(scene).warnings.size();
+  scene.drive = Drive{.speed = 5.0, .depth = 30.0};
+  const std::vector<std::string> warnings = plan_of(scene).warnings;
+  CHECK(warnings.size() == others + 2);
+  CHECK(std::ranges::count(warnings,
+                           "drive.speed is 5 m/s, more than a hand moves a needle; 1 mm/s is "
+                           "0.001") == 1);
+  CHECK(std::ranges::count(
+            warnings, "drive.depth is 30 m, more than a hand moves a needle; 1 mm is 0.001") == 1);
+}
+
 TEST("a thin skin that is dented deeper than it is thick is warned of") {
   Scene scene = layered_scene();
   scene.tissue.layers[0].thickness = 0.002;
