@@ -343,6 +343,7 @@ TEST("a verdict says where only the curve differs") {
   CHECK_CONTAINS(verdict_sentence(report), ": features agree, curve does not: rated 0.");
   CHECK(json_of(report)["verdict"] == "features agree, curve does not");
   CHECK(json_of(report)["recordings"][0]["verdict"] == "features agree, curve does not");
+  CHECK(json_of(report)["groups"][0]["verdict"] == "features agree, curve does not");
 }
 
 TEST("the page counts recordings and their subjects, and the defects of each") {
