@@ -79,15 +79,20 @@ std::vector<Case> select_cases(const std::vector<Case>& cases,
 Outcome run_case(const Case& definition, const CaseContext& context) {
   Outcome outcome{.name = definition.name, .suite = definition.suite, .claim = definition.claim};
   const auto begin = std::chrono::steady_clock::now();
+  const auto end_with_error = [&](const std::exception& problem) {
+    outcome.status = Status::error;
+    outcome.reasons = {problem.what()};
+  };
   try {
     definition.measure(context, outcome);
     conclude(outcome);
-  } catch (const CannotDo& lacking) {
-    outcome.skip(lacking.what());
-  } catch (const std::exception& problem) {
-    outcome.status = Status::error;
-    outcome.reasons = {problem.what()};
-  }
+  } catch (const Refused& refusal) { end_with_error(refusal); } catch (const CannotDo& lacking) {
+    // What failed before stays a failure.
+    conclude(outcome);
+    const bool failed = !outcome.quantities.empty() && outcome.status == Status::fail;
+    failed ? outcome.notes.push_back(std::string("Ended early: ") + lacking.what())
+           : outcome.skip(lacking.what());
+  } catch (const std::exception& problem) { end_with_error(problem); }
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return outcome;
 }

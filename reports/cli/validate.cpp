@@ -578,12 +578,16 @@ void add_seed(CLI::App& command, ValidateOptions& options) {
             "seed of the scenes that are drawn at run time, to repeat them [another in every run]");
 }
 
+void add_cache(CLI::App& command, ValidateOptions& options) {
+  add_value(command, "--cache", options.cache, "DIR",
+            "folder of kept references, judged cases and libraries of revisions [user's cache]");
+}
+
 void add_cases(CLI::App& command, ValidateOptions& options, const char* help) {
   add_value(command, "cases", options.cases, "CASE", help);
   command.add_flag("--list", options.list, "list all cases and exit");
   command.add_flag("--quick", options.quick, "the short form");
-  add_value(command, "--cache", options.cache, "DIR",
-            "folder of kept references, judged cases and libraries of revisions [user's cache]");
+  add_cache(command, options);
   add_seed(command, options);
 }
 
@@ -926,6 +930,7 @@ void add_subject_check(Program& program, CLI::App& subject) {
                   run_subject_check, &subject);
   add_value(command, "subject", options.subject.subject, "SUBJECT", "PATH.so or exec:COMMAND")
       ->required();
+  add_cache(command, options);
   add_seed(command, options);
   add_subject_options(command, options.subject);
   add_results_forms(command, options);

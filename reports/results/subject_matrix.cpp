@@ -30,7 +30,10 @@ std::string cell_text(const Outcome* outcome) {
   if (outcome == nullptr) { return "-"; }
   const std::string status(name_of(outcome->status));
   Outcome own{.quantities = outcome->quantities};
-  std::erase_if(own.quantities, [](const Quantity& q) { return q.name.starts_with("reference_"); });
+  // What is true or exact has no share of a bound.
+  std::erase_if(own.quantities, [](const Quantity& q) {
+    return q.name.starts_with("reference_") || q.value == q.lower || q.value == q.upper;
+  });
   const Quantity* tightest = tightest_quantity(own);
   if (outcome->status == Status::skip || tightest == nullptr) { return status; }
   const double share = share_of_bound(*tightest);
@@ -88,19 +91,19 @@ Results subject_matrix(const std::vector<Results>& subjects) {
   std::vector<std::string> cases;
   for (const Results& one : subjects) {
     columns.push_back(name_in(one));
+    const bool foreign = !entry(one.provenance, "subject").empty();
     for (const Outcome& each : one.outcomes) {
-      if (each.name.starts_with(group) && seen.insert(each.name).second) {
-        cases.push_back(each.name);
-      }
+      const bool shown = each.status != Status::skip && (foreign || each.name.starts_with(group));
+      if (shown && seen.insert(each.name).second) { cases.push_back(each.name); }
     }
   }
-  Table& verdicts =
-      outcome.table("verdicts", "Verdicts",
-                    "Status of each case, and the share of its bound that the tightest "
-                    "quantity uses: below 100 % it holds.",
-                    columns);
+  Table& verdicts = outcome.table(
+      "verdicts", "Verdicts",
+      "Status of each case, and the share of its bound that the tightest "
+      "quantity uses: below 100 % it holds. Cases that no subject is judged by are left out.",
+      columns);
   for (const std::string& name : cases) {
-    std::vector<Cell> row{name.substr(group.size())};
+    std::vector<Cell> row{name.starts_with(group) ? name.substr(group.size()) : name};
     for (const Results& one : subjects) { row.emplace_back(cell_text(find_case(one, name))); }
     verdicts.rows.push_back(std::move(row));
   }

@@ -22,6 +22,7 @@
 #endif
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <thread>
@@ -54,6 +55,9 @@ static_assert(sizeof(FrameHeader) == 16);
 /// Payloads above this size are refused: a state of 20 million nodes.
 constexpr std::uint32_t most_payload = 1U << 30U;
 constexpr std::size_t most_nodes = most_payload / (6 * sizeof(double));
+
+/// Longest message of a subject that is shown [bytes].
+constexpr std::size_t longest_reason = 2048;
 
 /// Payload under construction, kept between frames so that it allocates once.
 class FrameWriter {
@@ -245,18 +249,19 @@ class LibraryConnection final : public Connection {
   int last_status_ = PALPATE_OK;
 };
 
-/// Landlock ruleset for a child process: files can be read everywhere but in hidden folders.
-/// Landlock has no exceptions, so on the way from the root to a hidden folder every neighbour is
-/// allowed by itself. Files that appear later beside a hidden folder or beside its parents cannot
-/// be read either; the scratch folder can.
+/// Landlock ruleset for a child process: files can be read and removed everywhere but in hidden
+/// folders. Landlock has no exceptions, so on the way from the root to a hidden folder every
+/// neighbour is allowed by itself. Files that appear later beside a hidden folder or beside its
+/// parents cannot be read either; the scratch folder can. A hidden folder that could be renamed
+/// would be read by the next child, so neither it nor a parent can be removed or renamed.
 class ReadBarrier {
  public:
   ReadBarrier(const std::vector<std::filesystem::path>& hidden,
               const std::vector<std::filesystem::path>& readable) {
     if (hidden.empty()) { return; }
 #ifdef LANDLOCK_ACCESS_FS_READ_FILE
-    const landlock_ruleset_attr handled{.handled_access_fs = LANDLOCK_ACCESS_FS_READ_FILE};
-    // Every version of Landlock has this right; later members of the struct stay out.
+    const landlock_ruleset_attr handled{.handled_access_fs = rights};
+    // Every version of Landlock has these rights; later members of the struct stay out.
     rules_ = static_cast<int>(
         syscall(SYS_landlock_create_ruleset, &handled, sizeof handled.handled_access_fs, 0));
 #endif
@@ -289,12 +294,20 @@ class ReadBarrier {
   }
 
  private:
+#ifdef LANDLOCK_ACCESS_FS_READ_FILE
+  static constexpr std::uint64_t rights =
+      LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_REMOVE_FILE | LANDLOCK_ACCESS_FS_REMOVE_DIR;
+#endif
   void allow(const std::filesystem::path& path) {
 #ifdef LANDLOCK_ACCESS_FS_READ_FILE
     const int file = open(path.c_str(), O_PATH | O_CLOEXEC);
     if (file < 0) { return; }
-    const landlock_path_beneath_attr rule{.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE,
-                                          .parent_fd = file};
+    struct stat status {};
+    // A file has no entries to remove.
+    const bool folder = fstat(file, &status) == 0 && S_ISDIR(status.st_mode);
+    const landlock_path_beneath_attr rule{
+        .allowed_access = folder ? rights : std::uint64_t{LANDLOCK_ACCESS_FS_READ_FILE},
+        .parent_fd = file};
     syscall(SYS_landlock_add_rule, rules_, LANDLOCK_RULE_PATH_BENEATH, &rule, 0);
     ::close(file);
 #endif
@@ -333,6 +346,12 @@ class PipeConnection final : public Connection {
   PipeConnection(std::vector<std::string> words, std::string carrier, bool host,
                  const SubjectLimits& limits)
       : limits_(limits), host_(host) {
+    if (*limits_.timeouts >= SubjectLimits::most_timeouts) {
+      throw SubjectFailure(
+          "the subject is not started again: " + std::to_string(SubjectLimits::most_timeouts) +
+          " calls had no answer within their time limit, which "
+          "--subject-time-limit sets");
+    }
     start(std::move(words));
     writer_.clear();
     writer_.add(static_cast<std::uint32_t>(PALPATE_SUBJECT_ABI));
@@ -376,6 +395,7 @@ class PipeConnection final : public Connection {
     const auto begin = Clock::now();
     FrameReader answer = exchange(PALPATE_CALL_STEP, limits_.call_seconds);
     seconds = seconds_since(begin);
+    if (status_ == PALPATE_DIVERGED && answer.left() == 0) { return true; }
     const auto inside = taken<double>(answer, PALPATE_CALL_STEP);
     if (host_) { seconds = inside; }
     if (input != nullptr && output != nullptr) {
@@ -493,25 +513,35 @@ class PipeConnection final : public Connection {
     to_ = from_ = -1;
     if (child_ > 0) {
       // Its input has ended, which ends a sound subject.
-      for (int look = 0; look < 50 && waitpid(child_, nullptr, WNOHANG) == 0; ++look) {
+      for (int look = 0; look < 50 && !has_ended(); ++look) {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        if (look == 49) {
-          kill(-child_, SIGKILL);
-          waitpid(child_, nullptr, 0);
-        }
       }
-      child_ = -1;
+      end_group();
     }
     if (errors_ >= 0) { ::close(errors_); }
     errors_ = -1;
   }
 
+  /// Returns true once the child has ended; leaves its status for waitpid(), which keeps its
+  /// number from being given to another process.
+  [[nodiscard]] bool has_ended() const noexcept {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+           info.si_pid != 0;
+  }
+  /// Ends the child and every process that it has started and that is still in its group. Returns
+  /// the status of the child.
+  int end_group() noexcept {
+    int status = 0;
+    // Before the child has a group of its own it is reached alone.
+    if (kill(-child_, SIGKILL) != 0) { kill(child_, SIGKILL); }
+    waitpid(child_, &status, 0);
+    child_ = -1;
+    return status;
+  }
+
   [[noreturn]] void fail(const std::string& why) {
-    if (child_ > 0) {
-      kill(-child_, SIGKILL);
-      waitpid(child_, nullptr, 0);
-      child_ = -1;
-    }
+    if (child_ > 0) { end_group(); }
     failed_ = "the subject " + why + last_words();
     throw SubjectFailure(failed_);
   }
@@ -519,7 +549,7 @@ class PipeConnection final : public Connection {
   /// Last line that the child wrote to standard error, as the end of a message.
   [[nodiscard]] std::string last_words() const {
     const off_t size = lseek(errors_, 0, SEEK_END);
-    std::array<char, 2048> text{};
+    std::array<char, longest_reason> text{};
     const off_t begin = std::max<off_t>(0, size - static_cast<off_t>(text.size()));
     const ssize_t count = pread(errors_, text.data(), text.size(), begin);
     std::string_view all(text.data(), static_cast<std::size_t>(std::max<ssize_t>(0, count)));
@@ -531,24 +561,18 @@ class PipeConnection final : public Connection {
 
   /// Ends with the reason why the child closed its pipe.
   [[noreturn]] void fail_ended(int call) {
-    int status = 0;
-    pid_t ended = 0;
-    for (int look = 0; look < 100 && ended == 0; ++look) {
-      ended = waitpid(child_, &status, WNOHANG);
-      if (ended == 0) { std::this_thread::sleep_for(std::chrono::milliseconds(5)); }
+    for (int look = 0; look < 100 && !has_ended(); ++look) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    if (ended == child_) { child_ = -1; }
     const std::string where = " in " + call_name(call);
-    if (ended > 0 && WIFSIGNALED(status)) {
-      fail("was killed by " + signal_text(WTERMSIG(status)) + where);
+    if (!has_ended()) { fail("closed its output" + where); }
+    const int status = end_group();
+    if (WIFSIGNALED(status)) { fail("was killed by " + signal_text(WTERMSIG(status)) + where); }
+    if (WEXITSTATUS(status) == 127) {
+      fail(host_ ? "did not start: palpate-subject-host, which loads it, cannot be run"
+                 : "did not start: the command was not found, or cannot be run");
     }
-    if (ended > 0 && WIFEXITED(status)) {
-      if (WEXITSTATUS(status) == 127) {
-        fail("did not start: the command was not found, or cannot be run");
-      }
-      fail("ended with exit code " + std::to_string(WEXITSTATUS(status)) + where);
-    }
-    fail("closed its output" + where);
+    fail("ended with exit code " + std::to_string(WEXITSTATUS(status)) + where);
   }
 
   void wait_for(int file, short event, Clock::time_point until, int call) {
@@ -564,8 +588,10 @@ class PipeConnection final : public Connection {
       check_memory();
       if (limits_.stop != nullptr && limits_.stop->load()) { fail("was interrupted"); }
       if (Clock::now() >= until) {
-        fail("gave no answer to " + call_name(call) + " within the time limit of " +
-             std::to_string(static_cast<int>(limit_)) + " s");
+        ++*limits_.timeouts;
+        fail(std::string(has_ended() ? "ended, left a process that holds its output, and " : "") +
+             "gave no answer to " + call_name(call) + " within the time limit of " +
+             plain_number(limit_) + " s");
       }
     }
   }
@@ -624,9 +650,13 @@ class PipeConnection final : public Connection {
     FrameHeader answer;
     receive(reinterpret_cast<char*>(&answer), sizeof answer, until, call);
     if (answer.call != call || answer.sequence != sequence_ || answer.length > most_payload) {
-      fail("answered " + call_name(call) + " with \"" +
+      fail("answered " + call_name(call) + " with a frame of call " + std::to_string(answer.call) +
+           ", sequence " + std::to_string(answer.sequence) + " and " +
+           std::to_string(answer.length) + " bytes (\"" +
            io::shown({reinterpret_cast<const char*>(&answer), sizeof answer}) +
-           "\", which is not a frame; standard output must hold frames only");
+           "\"); expected call " + std::to_string(call) + ", sequence " +
+           std::to_string(sequence_) + " and at most " + std::to_string(most_payload) +
+           " bytes. Standard output must hold frames only");
     }
     receive_payload(answer_, answer.length, [&](char* bytes, std::size_t size) {
       receive(bytes, size, until, call);
@@ -637,7 +667,7 @@ class PipeConnection final : public Connection {
     std::string text;
     if (status_ != PALPATE_OK && !answer_.empty() && call == PALPATE_CALL_LOAD) {
       try {
-        text = FrameReader(answer_).take_text();
+        text = FrameReader(answer_).take_text().substr(0, longest_reason);
       } catch (const std::length_error&) { fail("gave an answer to load that is too short"); }
     }
     try {

@@ -20,9 +20,13 @@ struct SubjectLimits {
   double call_seconds = 10.0;               ///< of a call; hello, load and reset may take six times
   double memory_mib = 4096.0;               ///< resident memory of the child process [MiB]
   const std::atomic<bool>* stop = nullptr;  ///< ends a call when it becomes true
+  /// Counts the calls without an answer in all processes of a run; after `most_timeouts` of them no
+  /// further process is started.
+  std::shared_ptr<std::atomic<int>> timeouts = std::make_shared<std::atomic<int>>(0);
   /// Folders whose files a child process may not read: references and earlier results.
   std::vector<std::filesystem::path> hidden{};
 
+  static constexpr int most_timeouts = 3;
   [[nodiscard]] double load_seconds() const { return 6.0 * call_seconds; }
 };
 

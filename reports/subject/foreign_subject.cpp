@@ -54,7 +54,13 @@ class ForeignSubject final : public Subject {
                                     .needs = names_of(needs),
                                     .abi = PALPATE_SUBJECT_ABI,
                                     .file = file_.get()});
-    connection_->load(folder, options_json_);
+    try {
+      connection_->load(folder, options_json_);
+    } catch (const CannotDo& refusal) {
+      throw Refused(std::string("the subject declares all that it needs for the scene, but: ") +
+                    refusal.what() +
+                    "; list a limit that no capability names in the file of --expected");
+    }
     set_substeps();
     has_state_ = (can & PALPATE_CAN_STATE) != 0;
     state_.setZero(3, 2 * network.node_count());

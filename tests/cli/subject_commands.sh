@@ -80,3 +80,23 @@ mkfifo "$out/fifo.so"
 status=0
 timeout 60 "$palpate" run "$scenes/s26.toml" --subject "$out/fifo.so" --out "$out/fifo" 2>"$out/said" || status=$?
 [ "$status" -eq 2 ] && grep -q "fifo.so: .*a shared library" "$out/said" || fail "a FIFO: $status, $(cat "$out/said")"
+
+# A state that diverges ends the run, with what came before it; a diverged answer may be empty.
+adapter=$root/fixtures/subjects/python/adapter.py
+sed 's/        finite = .*/        finite = struct.unpack_from("<d", request)[0] < 0.0095/' "$adapter" >"$out/diverges.py"
+grep -q "< 0.0095" "$out/diverges.py" || fail "the adapter has another form"
+status=0
+"$palpate" run "$scenes/s26.toml" --subject "exec:python3 $out/diverges.py" --out "$out/diverged" --quiet \
+  --set 'tissue.lattice.nodes=[3,3,3]' --set 'load.0.nodes=[26]' --set record.0.node=26 2>"$out/said" || status=$?
+[ "$status" -eq 1 ] && grep -q '"diverged"' "$out/diverged/summary.json" || fail "a diverged state: $status, $(cat "$out/said")"
+[ "$(wc -l <"$out/diverged/trace.csv")" -ge 10 ] || fail "the rows before the divergence are not kept"
+
+# Processes that a simulator leaves behind end with it, and a long reason is cut.
+sed 's/            return UNSUPPORTED, text.*/            return FAILED, text("x" * 4000000)/; s/ != "none" or / == "none" or /' \
+  "$adapter" >"$out/long.py"
+status=0
+"$palpate" run "$scenes/s26.toml" --out "$out/long" --subject "exec:sh -c 'sleep 86399 & exec python3 $out/long.py'" \
+  2>"$out/said" || status=$?
+[ "$status" -eq 2 ] || [ "$status" -eq 1 ] || fail "a long reason: exit $status"
+grep -q "xxxx" "$out/said" && [ "$(wc -c <"$out/said")" -lt 4096 ] || fail "a reason of $(wc -c <"$out/said") bytes"
+! grep -al "^sleep.86399" /proc/[0-9]*/cmdline >/dev/null 2>&1 || fail "a process of the simulator is left behind"

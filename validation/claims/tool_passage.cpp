@@ -42,11 +42,12 @@ void measure_order(const CaseContext& context, Outcome& outcome) {
   require_parts(tool);
   std::string kinds;
   for (const Event& e : run.events) { kinds += (kinds.empty() ? "" : " ") + e.kind; }
-  outcome.judge_true(
-      "events_in_order",
-      kinds ==
-          "contact puncture puncture puncture puncture puncture loss-of-resistance dural-puncture",
-      "five layers, the epidural space, the dura");
+  const std::string expected =
+      "contact puncture puncture puncture puncture puncture loss-of-resistance dural-puncture";
+  outcome.judge_true("events_in_order", kinds == expected,
+                     kinds == expected
+                         ? "five layers, the epidural space, the dura"
+                         : "expected: " + expected + "; seen: " + (kinds.empty() ? "none" : kinds));
   Table& table = outcome.table("peaks", "Peak force at the tip", "",
                                {"layer", "thickness (mm)", "cutting force (N)", "peak (N)"});
   for (std::size_t n = 0; n < scene.tissue.layers.size(); ++n) {

@@ -25,9 +25,14 @@ Capabilities needs_of(const Scene& scene, const SpringNetwork& network);
 /// springs, damping and fixed nodes for tissue in layers with a tool.
 Capabilities missing(Capabilities capabilities, const Scene& scene, Capabilities needs);
 
-/// The subject lacks a capability, or cannot represent a scene. The case is skipped.
+/// The subject does not declare a capability. The case is skipped.
 class CannotDo : public std::runtime_error {
   using std::runtime_error::runtime_error;
+};
+
+/// The subject refuses a scene of which it declares every need. The case ends with an error.
+class Refused : public CannotDo {
+  using CannotDo::CannotDo;
 };
 
 /// The subject crashed, did not answer, broke the protocol or reported a failure. The case ends

@@ -87,7 +87,9 @@ typedef struct palpate_tool_input {
 
 /* Bits of palpate_tool_output.events. Several events of one step happen in this order. Two more
  * bits say whether the tool touches the tissue at the end of the step; a tool that rebounds may
- * touch and part without an event. Without either it touches from contact to withdrawal. */
+ * touch and part without an event. A step without either leaves that as it was: apart before the
+ * first step, touching from contact on, apart from withdrawal on. The layer of the tip and the
+ * depth of the cut are recorded while the tool touches. */
 enum {
   PALPATE_EVENT_CONTACT = 1,
   PALPATE_EVENT_PUNCTURE = 2,
@@ -100,8 +102,8 @@ enum {
 };
 
 /* State of the tool at the end of the step. The subject fills what it has; numbers that it leaves
- * alone are NaN. A tool that begins on the skin or in it is in contact at t = 0 without an event.
- */
+ * alone are NaN. A tool that begins on the skin or in it reports PALPATE_EVENT_CONTACT in the step
+ * of dt = 0. */
 typedef struct palpate_tool_output {
   double force[3];  /* of the tissue on the tool, tissue frame [N] */
   double cutting;   /* part of the resistance along direction, against insertion positive [N] */
@@ -133,8 +135,10 @@ typedef struct palpate_subject_api {
    * wrote to standard error is shown with the failure of a call. */
 
   /* Loads a scene folder (docs/subjects.md, "Scene folder") and puts it at t = 0. Not timed. A
-   * failure writes one line to `error`, which has `error_size` bytes; a scene that the subject
-   * cannot represent is PALPATE_UNSUPPORTED. `options_json` is a JSON object of options of the
+   * failure writes one line to `error`, which has `error_size` bytes. A scene that the subject
+   * cannot represent is PALPATE_UNSUPPORTED: an error of the case, unless it is listed as expected
+   * (--expected), because the subject declares all that the scene needs; Palpate does not load
+   * others. `options_json` is a JSON object of options of the
    * user (`--subject-options`), "{}" without any. */
   int (*load)(const char* folder, const char* options_json, palpate_subject** subject, char* error,
               size_t error_size);
@@ -170,7 +174,8 @@ typedef const palpate_subject_api* (*palpate_subject_api_function)(void);
  *   uint32 length of the payload; uint16 call; uint16 status of an answer, 0 in a request;
  *   uint64 sequence, which the answer repeats.
  * Text is a uint32 length and UTF-8 bytes. Structs are packed in the order of their members.
- * A failed answer (status not 0) of `load` may carry a text; others carry nothing.
+ * A failed answer (status not 0) of `load` may carry a text, of which 2048 bytes are shown; others
+ * carry nothing. A step that diverged may carry its answer or nothing.
  *
  *   call            request                                        answer
  *   1 hello         uint32 abi                                     uint32 abi, uint64 capabilities,

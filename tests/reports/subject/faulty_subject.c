@@ -31,6 +31,22 @@ static int load_with_fault(const char* folder, const char* options, palpate_subj
     if (file != NULL) { fclose(file); }
     return PALPATE_FAILED;
   }
+  if (is("refuse") && (s->gravity[0] != 0.0 || s->gravity[1] != 0.0 || s->gravity[2] != 0.0)) { /* though it declares gravity */
+    snprintf(error, size, "no gravity in this engine");
+    return PALPATE_UNSUPPORTED;
+  }
+  if (is("move")) { /* the folder of that file, so that the next process could read it elsewhere */
+    const char* path = strstr(options, "\"/");
+    char name[4096] = "";
+    char other[4104];
+    if (path != NULL && sscanf(path, "\"%4095[^\"]", name) == 1 && strrchr(name, '/') != NULL) {
+      *strrchr(name, '/') = '\0';
+    }
+    snprintf(other, sizeof other, "%s-moved", name);
+    snprintf(error, size, "%s %s", name, rename(name, other) == 0 ? "was moved" : strerror(errno));
+    return PALPATE_FAILED;
+  }
+  if (is("fine")) { s->substeps = 512; }
   if (is("stiffness") && s->springs > 0) {
     for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = 50.0; }
   }
@@ -94,13 +110,15 @@ static int energy_with_fault(palpate_subject* s, double joule[3]) {
 }
 
 static int parameter_with_fault(palpate_subject* s, const char* name, double value) {
-  return set_parameter(s, name, is("substeps") ? 1.0 : value);
+  return set_parameter(s, name, is("substeps") ? 1.0 : is("fine") ? 512.0 : value);
 }
 
 static int reset_with_fault(palpate_subject* s, uint64_t seed) {
   double* kept = room(3 * s->nodes, sizeof(double));
   memcpy(kept, s->external, 3 * s->nodes * sizeof(double));
+  const double dissipated = s->dissipated;
   const int status = reset(s, seed);
+  if (is("left-energy")) { s->dissipated = dissipated; }
   if (is("left-load")) { memcpy(s->external, kept, 3 * s->nodes * sizeof(double)); }
   free(kept);
   if (is("reset")) { s->v[3 * (s->nodes - 1)] = 1e-3; }

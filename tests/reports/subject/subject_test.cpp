@@ -66,6 +66,37 @@ TEST("a subject that claims what it cannot do is an error, not a skip") {
   check_verdict("first-step", "claims", Status::error, "declares");
 }
 
+TEST("a scene that is refused although its needs are declared is an error, not a skip") {
+  check_verdict("audit/drawn", "refuse", Status::error, "declares all that it needs for the scene");
+  check_verdict("chain", "refuse", Status::pass);
+}
+
+TEST("what failed before a capability was missed stays a failure") {
+  const auto judged_then_skipped = [](double value) {
+    return run_case({.name = "a",
+                     .measure =
+                         [value](const CaseContext&, Outcome& outcome) {
+                           outcome.judge_at_most("error", value, 1.0, "test");
+                           throw CannotDo("no gravity");
+                         }},
+                    {})
+        .status;
+  };
+  CHECK(judged_then_skipped(2.0) == Status::fail);
+  CHECK(judged_then_skipped(0.5) == Status::skip);
+}
+
+TEST("a subject that never answers is not started for every case") {
+  SubjectChoice choice = with_fault("hang");
+  choice.limits.call_seconds = 0.2;
+  for (int n = 0; n < SubjectLimits::most_timeouts; ++n) {
+    CHECK(judge("chain", choice).reason().find("time limit of 0.2 s") != std::string::npos);
+  }
+  const Outcome outcome = judge("chain", choice);
+  CHECK(outcome.status == Status::error);
+  CHECK(outcome.reason().find("not started again") != std::string::npos);
+}
+
 TEST("a subject that answers NaN, late, or in millimetres fails") {
   check_verdict("chain", "nan", Status::fail);
   check_verdict("first-step", "late", Status::fail);
@@ -82,7 +113,9 @@ TEST("a subject that ignores the stiffness or keeps that of the first scene fail
 TEST("a subject that does not reset, ignores substeps, or whose memory grows, fails") {
   check_verdict("audit/repeat", "reset", Status::fail);
   check_verdict("audit/repeat", "left-load", Status::fail);
+  check_verdict("audit/repeat", "left-energy", Status::fail);
   check_verdict("audit/substeps", "substeps", Status::fail);
+  check_verdict("audit/substeps", "fine", Status::fail);  // exact, and without effect
   check_verdict("audit/memory", "leak", Status::fail);
 }
 
@@ -145,6 +178,20 @@ TEST("a subject cannot read files in hidden folders where the kernel can prevent
   CHECK(answer_for("references/answer.txt", false) == "read");
   CHECK(answer_for("other/file.txt", true) != "refused");
   CHECK(answer_for("references/answer.txt", true) != "read");
+}
+
+TEST("a subject cannot rename a hidden folder where the kernel can prevent it") {
+  const io::ScratchFolder folder;
+  std::filesystem::create_directories(folder / "references");
+  SubjectChoice choice = with_fault("move");
+  choice.options_json =
+      R"({"fault": "move", "file": ")" + (folder / "references/answer.txt").string() + "\"}";
+  choice.limits.hidden = {folder / "references"};
+  const std::unique_ptr<Subject> subject = make_subject(choice);
+  const Scene scene = s26_scene(3);
+  CHECK_THROWS_AS(SubjectFailure, subject->load(scene, build_network(scene), true), "references");
+  const bool confined = subject->facts().confinement == "confined";
+  CHECK(std::filesystem::exists(folder / "references") == confined);
 }
 
 TEST("what a shared library prints does not damage its answers") {
