@@ -914,11 +914,14 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   constexpr double depth = 0.5e-3;
   scene.drive = Drive{.speed = 0.005, .depth = depth, .hold = 10.0};
   const Trace pressed = run_whole(outcome, context, scene, SampleOptions{});
-  judge_tool(outcome, "stiffness_before_puncture", last_force(pressed) / depth,
-             continuum(block, 1.05e-3, depth, press));
+  const ToolReference punch = continuum(block, 1.05e-3, depth, press);
+  judge_tool(outcome, "stiffness_before_puncture", last_force(pressed) / depth, punch);
 
   // Cut at a constant force, with friction along the shaft in the tissue.
-  scene.materials[0].cutting_force = 0.05;
+  constexpr double cutting = 0.01;  // [N]
+  constexpr double friction = 0.5;  // [N/m]
+  scene.materials[0].cutting_force = cutting;
+  scene.materials[0].friction = friction;
   scene.drive = Drive{.speed = 0.02, .depth = 0.015, .hold = 10.0};
   scene.simulation.duration = 0.75;
   const Trace cut = run_whole(outcome, context, scene, SampleOptions{});
@@ -927,11 +930,15 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   const auto& depths = cut.values("tool.depth_m");
   for (std::size_t n = 0; n < cut.rows(); ++n) {
     if (cut.time[n] < 0.5 || cut.time[n] > 0.74) { continue; }
-    error.add(std::abs(force[n] / (0.05 + 10.0 * depths[n]) - 1.0));
+    error.add(std::abs(force[n] / (cutting + friction * depths[n]) - 1.0));
   }
-  outcome.judge_at_most("error_of_cutting_and_friction", error.value(), 0.15,
-                        "law: a needle that cuts feels its cutting force and its friction times "
-                        "its length; the tissue that it drags shortens that by some per cent");
+  const double dragged = friction / punch.stiffness;
+  outcome.judge_at_most(
+      "error_of_cutting_and_friction", error.value(), dragged + 0.02,
+      "law: a needle that cuts feels its cutting force and its friction times "
+      "its length. The force F drags the tissue by at most F over the stiffness "
+      "before the puncture, which shortens that length: friction over stiffness, " +
+          text(dragged) + ", and 2 % for simulators that regularise the law");
 }
 
 void measure_probe(const CaseContext& context, Outcome& outcome) {
