@@ -122,7 +122,9 @@ Files from_zip(std::string_view bytes, const std::string& name) {
                     bytes.begin())
           .first -
       again.begin());
-  throw InputError(name + ": was changed: byte " + std::to_string(change) + allowed);
+  throw InputError(
+      name + (files.empty() ? ": is no archive, or was changed: byte " : ": was changed: byte ") +
+      std::to_string(change) + allowed);
 }
 
 namespace {

@@ -179,8 +179,10 @@ Figure force_reach_figure(const FalconFacts& facts) {
       .id = "force-reach",
       .title = "What the motors can pull the hand with",
       .caption =
-          "Outlines of all forces within the torques of the motors at the grip's place on the "
-          "skin, seen from two sides: much along the needle, little in the weakest direction. Up "
+          "Outlines of all forces within the torques of the motors and the power of their supply "
+          "at "
+          "the grip's place on the skin, seen from two sides: much along the needle, little in the "
+          "weakest direction. Up "
           "is out of the tissue, against the insertion.",
       .x = {.label = "force across the needle (N)", .minimum = -reach, .maximum = reach},
       .y = {.label = "force along the needle, outward (N)", .minimum = -reach, .maximum = reach},
@@ -188,7 +190,7 @@ Figure force_reach_figure(const FalconFacts& facts) {
   const char* names[] = {"left and right", "up and down"};
   for (const int axis : {0, 1}) {
     boost::geometry::model::multi_point<Point> corners;
-    for (const Eigen::Vector3d& corner : facts.force_corners) {
+    for (const Eigen::Vector3d& corner : facts.force_reach) {
       corners.emplace_back(corner(axis), corner.z());
     }
     boost::geometry::model::ring<Point, false> outline;

@@ -31,8 +31,9 @@ class EmulatedFalcon final : public HapticDevice {
   [[nodiscard]] double time() const noexcept { return body_.plant().time(); }  ///< [s]
   [[nodiscard]] const PlantBody& body() const noexcept { return body_; }
   [[nodiscard]] Hand& hand() noexcept { return body_.hand(); }
-  /// Returns true if a word of the last request was clamped or wrapped.
-  [[nodiscard]] bool saturated() const noexcept { return saturated_; }
+  /// Returns true if a word of the last request was clamped or wrapped, or supply or heat limit the
+  /// motors.
+  [[nodiscard]] bool saturated() const noexcept { return saturated_ || body_.limited(); }
   /// Sets the observer of all packets. The observer must outlive this object.
   void observe(EmulatorObserver* observer) noexcept { emulator_.observe(observer); }
   [[nodiscard]] const DriverCounts& counts() const noexcept { return driver_.counts(); }

@@ -164,9 +164,4 @@ double largest_force(const Eigen::Matrix3d& jacobian, const Eigen::Vector3d& dir
 /// Returns the nearest face of the parallelepiped. Its force is available in every direction.
 WeakestDirection weakest_direction(const Eigen::Matrix3d& jacobian, double largest_torque) noexcept;
 
-/// Returns the corners of the parallelepiped [N]; bit n of an index is the sign of the torque of
-/// leg n.
-std::array<Eigen::Vector3d, 8> force_corners(const Eigen::Matrix3d& jacobian,
-                                             double largest_torque) noexcept;
-
 }  // namespace palpate::device::falcon

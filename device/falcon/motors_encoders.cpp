@@ -2,6 +2,7 @@
 
 #include "device/falcon/motors_encoders.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -35,6 +36,65 @@ Eigen::Vector3d torque_of_words(const MotorOptions& options, const Words& words)
 
 double largest_torque(const MotorOptions& options) noexcept {
   return options.largest_word / options.words_per_newton_metre;
+}
+
+namespace {
+
+/// Power of each motor [W]: that of a current through a resistance.
+Eigen::Vector3d power_of(const MotorOptions& options, const Eigen::Vector3d& torque) noexcept {
+  return options.largest_power * (torque / largest_torque(options)).cwiseAbs2();
+}
+
+/// Returns the length of the vector of torques that takes the whole power of the supply [N m].
+double torque_of_supply(const MotorOptions& options) noexcept {
+  return largest_torque(options) * std::sqrt(options.supply_power / options.largest_power);
+}
+
+}  // namespace
+
+Eigen::Vector3d supplied(const MotorOptions& options, const Eigen::Vector3d& torque) noexcept {
+  return torque * std::min(1.0, torque_of_supply(options) / torque.norm());
+}
+
+double largest_force(const MotorOptions& options, const Eigen::Matrix3d& jacobian,
+                     const Eigen::Vector3d& direction) noexcept {
+  return std::min(largest_force(jacobian, direction, largest_torque(options)),
+                  torque_of_supply(options) / (jacobian.transpose() * direction).norm());
+}
+
+double weakest_force(const MotorOptions& options, const Eigen::Matrix3d& jacobian) noexcept {
+  const double longest = std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
+                                       jacobian * jacobian.transpose(), Eigen::EigenvaluesOnly)
+                                       .eigenvalues()
+                                       .maxCoeff());
+  return std::min(weakest_direction(jacobian, largest_torque(options)).force,
+                  torque_of_supply(options) / longest);
+}
+
+Eigen::Vector3d Motors::cooled(const Eigen::Vector3d& torque) const noexcept {
+  if (options_.thermal_time <= 0.0) { return torque; }
+  Eigen::Vector3d result = torque;
+  for (int leg = 0; leg < 3; ++leg) {
+    const double folded =
+        std::clamp(5.0 * (heat_(leg) / options_.continuous_power - 0.8), 0.0, 1.0);
+    const double power = options_.largest_power +
+                         folded * std::min(0.0, options_.continuous_power - options_.largest_power);
+    const double most = largest_torque(options_) * std::sqrt(power / options_.largest_power);
+    result(leg) = std::clamp(torque(leg), -most, most);
+  }
+  return result;
+}
+
+void Motors::command(const Words& words) noexcept {
+  const Eigen::Vector3d wanted = torque_of_words(options_, words);
+  target_ = supplied(options_, cooled(wanted));
+  limited_ = target_ != wanted;
+}
+
+void Motors::advance(double duration) noexcept {
+  torque_ = torque_after(duration);
+  if (options_.thermal_time <= 0.0) { return; }
+  heat_ += (power_of(options_, torque_) - heat_) * -std::expm1(-duration / options_.thermal_time);
 }
 
 Eigen::Vector3d Motors::torque_after(double duration) const noexcept {

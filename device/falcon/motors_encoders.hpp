@@ -23,6 +23,16 @@ struct MotorOptions {
   double words_per_newton_metre = martin_hillier_scale;
   int largest_word = 4096;        ///< limit of the electronics (ros_falcon: "saturate at +-4096")
   double time_constant = 0.5e-3;  ///< of the current [s]; estimated; 0 disables the lag
+  /// Power of the supply [W]: 30 V and 1 A of the data sheet. All currents shrink together when the
+  /// motors would take more.
+  double supply_power = 30.0;
+  /// Power of one motor at its largest word [W]. Not published; assumed such that the supply can
+  /// hold the data sheet's 8.9 N (2 lbf) in every direction at the centre of the workspace.
+  double largest_power = 24.96;
+  /// Time constant of a motor's heating [s]; 0: no thermal limit. Not published.
+  double thermal_time = 0.0;
+  /// Power that one motor can take for ever [W]; not published; assumed: a third of the supply.
+  double continuous_power = 10.0;
 };
 
 struct Command {
@@ -38,27 +48,45 @@ Command words_of_torque(const MotorOptions& options, const Eigen::Vector3d& torq
 /// lag.
 Eigen::Vector3d torque_of_words(const MotorOptions& options, const Words& words) noexcept;
 
+/// Returns the torques that the supply can hold: all are reduced by one factor if they would take
+/// more than its power.
+Eigen::Vector3d supplied(const MotorOptions& options, const Eigen::Vector3d& torque) noexcept;
+
 /// Returns the largest torque of one arm [N m].
 double largest_torque(const MotorOptions& options) noexcept;
 
-/// Motor torques with a first-order lag to the last commanded words.
+/// Returns the largest force [N] along a unit direction within the limits of words and supply.
+double largest_force(const MotorOptions& options, const Eigen::Matrix3d& jacobian,
+                     const Eigen::Vector3d& direction) noexcept;
+/// Returns the force [N] that is available in every direction.
+double weakest_force(const MotorOptions& options, const Eigen::Matrix3d& jacobian) noexcept;
+
+/// Motor torques with a first-order lag to the last commanded words, within the limits of the
+/// supply and of the motors' heat: a motor whose mean power over `thermal_time` exceeds 80 % of
+/// `continuous_power` is folded back, to that power at 100 %.
 class Motors {
  public:
   explicit Motors(const MotorOptions& options = {}) : options_(options) {}
 
   /// Commands new words; the torque follows with the time constant.
-  void command(const Words& words) noexcept { target_ = torque_of_words(options_, words); }
+  void command(const Words& words) noexcept;
   /// Commands a torque [N m] that is neither rounded to words nor clamped.
   void command_torque(const Eigen::Vector3d& torque) noexcept { target_ = torque; }
-  void advance(double duration) noexcept { torque_ = torque_after(duration); }
+  /// Returns true if supply or heat reduce the torques of the last words.
+  [[nodiscard]] bool limited() const noexcept { return limited_; }
+  void advance(double duration) noexcept;
 
   /// Returns the torque of arms at rest after `duration` [s] [N m].
   [[nodiscard]] Eigen::Vector3d torque_after(double duration) const noexcept;
 
  private:
+  [[nodiscard]] Eigen::Vector3d cooled(const Eigen::Vector3d& torque) const noexcept;
+
   MotorOptions options_;
   Eigen::Vector3d target_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d torque_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d heat_ = Eigen::Vector3d::Zero();  ///< mean power over the thermal time [W]
+  bool limited_ = false;
 };
 
 // Encoders of the three motors: 16-bit counts, with an arbitrary offset from power-on until homing

@@ -234,6 +234,8 @@ class PlantBody final : public Body {
   [[nodiscard]] const Hand& hand() const noexcept { return hand_; }
   /// Returns the present force of the motors on the hand [N].
   [[nodiscard]] Eigen::Vector3d delivered_force() const noexcept;
+  /// Returns true if the supply or the motors' heat reduce the torques of the last words.
+  [[nodiscard]] bool limited() const noexcept { return motors_.limited(); }
   [[nodiscard]] EnergyAudit energy() const noexcept { return plant_.energy(hand_); }
 
  private:

@@ -42,6 +42,9 @@ struct FalconDrive {
   bool quantised = true;              ///< encoder counts and motor commands are integers
   bool friction = true;               ///< in the device's joints
   bool passivity_controller = false;  ///< dissipates energy that the rendering would generate
+  double supply_power = 30.0;         ///< of the device's three motors together [W]
+  double thermal_time = 0.0;          ///< time constant of a motor's heating [s]; 0: no limit
+  double continuous_power = 10.0;     ///< that one motor can take for ever [W]
   int seed = 1;                       ///< seed of all random numbers
 };
 

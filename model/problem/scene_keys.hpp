@@ -526,6 +526,15 @@ template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
   v.value("friction", f.friction, {.doc = "Friction in the joints of the device"});
   v.value("passivity_controller", f.passivity_controller,
           {.doc = "Dissipates energy that the rendering would generate"});
+  v.value("supply_power", f.supply_power,
+          {"W", range::positive,
+           "Power of the supply: the currents of all motors shrink together when they would take "
+           "more; default: data sheet"});
+  v.value("thermal_time", f.thermal_time,
+          {"s", range::non_negative, "Time constant of a motor's heating; 0: no thermal limit"});
+  v.value("continuous_power", f.continuous_power,
+          {"W", range::positive,
+           "Power that one motor can take for ever, if thermal_time is not 0; assumed"});
   v.value("seed", f.seed, {"", range::non_negative, "Seed of all random numbers of the device"});
 }
 

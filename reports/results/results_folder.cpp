@@ -539,10 +539,11 @@ void write_results_folder(const std::filesystem::path& folder, const Results& re
 
 Results read_results_folder(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "results.json";
-  if (fs::is_directory(folder) && !fs::exists(file)) {
-    throw InputError(
-        folder.string() +
-        ": has no results.json; a results folder of validate, bench, merge or subject");
+  if (fs::exists(folder) && !fs::exists(file)) {
+    throw InputError(folder.string() +
+                     (fs::is_directory(folder) ? ": has no results.json"
+                                               : ": is not a folder with results.json") +
+                     "; a results folder of validate, bench, merge or subject");
   }
   Results results = results_from_json(io::read_text(file, most_json_bytes), file.string());
   for (Outcome& outcome : results.outcomes) { read_figure_data(folder / "traces", outcome); }

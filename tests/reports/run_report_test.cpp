@@ -254,7 +254,7 @@ FalconFacts box() {
     const auto side = [corner = 5 * n](unsigned bit, double half) {
       return (corner & bit) != 0U ? half : -half;
     };
-    facts.force_corners[n] = {side(1, 3.0), side(2, 4.0), side(4, 10.0)};
+    facts.force_reach.emplace_back(side(1, 3.0), side(2, 4.0), side(4, 10.0));
   }
   return facts;
 }

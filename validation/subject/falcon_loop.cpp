@@ -48,6 +48,9 @@ device::falcon::EmulatedFalconOptions falcon_options(const Scene& scene) {
   options.body.start = grip_start(scene);
   options.body.seed = static_cast<std::uint64_t>(settings.seed);
   options.body.plant.gravity = 0.0;  // the hand compensates it, see docs/falcon.md
+  options.body.motors.supply_power = settings.supply_power;
+  options.body.motors.thermal_time = settings.thermal_time;
+  options.body.motors.continuous_power = settings.continuous_power;
   if (!settings.friction) {
     options.body.plant.coulomb = 0.0;
     options.body.plant.viscosity = 0.0;
@@ -115,11 +118,18 @@ FalconLoop::FalconLoop(const Scene& scene, Subject& subject, const FalconLoopOpt
       velocity_share_(settings_.quantised ? 1.0 - std::exp(-2.0 * pi * velocity_cutoff * period_)
                                           : 1.0) {
   const auto legs = falcon_.body().plant().mechanics().kinematics().legs(start_);
-  const double torque = device::falcon::largest_torque(falcon_options(scene).body.motors);
+  const device::falcon::MotorOptions motors = falcon_options(scene).body.motors;
   const Eigen::Matrix3d jacobian = device::falcon::jacobian(*legs);
-  facts_.weakest_force = device::falcon::weakest_direction(jacobian, torque).force;
-  facts_.axial_force = device::falcon::largest_force(jacobian, Eigen::Vector3d::UnitZ(), torque);
-  facts_.force_corners = device::falcon::force_corners(jacobian, torque);
+  facts_.weakest_force = device::falcon::weakest_force(motors, jacobian);
+  facts_.axial_force = device::falcon::largest_force(motors, jacobian, Eigen::Vector3d::UnitZ());
+  constexpr int directions = 2000;  // Fibonacci spiral
+  for (int n = 0; n < directions; ++n) {
+    const double z = 1.0 - (2.0 * n + 1.0) / directions;
+    const double angle = pi * (3.0 - std::sqrt(5.0)) * n;
+    const double across = std::sqrt(1.0 - z * z);
+    const Eigen::Vector3d along(across * std::cos(angle), across * std::sin(angle), z);
+    facts_.force_reach.emplace_back(device::falcon::largest_force(motors, jacobian, along) * along);
+  }
   facts_.reaction = falcon_.hand().intent.reaction();
   falcon_.observe(options.observer);
   watch_tool();  // a tip that begins on the skin is in contact already

@@ -35,8 +35,8 @@ struct FalconFacts {
   double largest_delivered = 0.0;  ///< [N]
   double weakest_force = 0.0;      ///< force available in every direction at the start [N]
   double axial_force = 0.0;        ///< available force against the insertion at the start [N]
-  /// Corners of the set of available motor forces at the start, frame of the device [N].
-  std::array<Eigen::Vector3d, 8> force_corners{};
+  /// Largest forces at the start in directions all round, frame of the device [N].
+  std::vector<Eigen::Vector3d> force_reach{};
   double least_energy = 0.0;  ///< least energy of the passivity observer at the port, at most 0 [J]
   double least_energy_at = 0.0;                ///< [s]
   double taken_by_controller = 0.0;            ///< [J]

@@ -103,16 +103,9 @@ std::vector<Eigen::Vector3d> directions(int count) {
   return all;
 }
 
-TEST(
-    "corners and largest forces are where motors reach their limit, and none is below the "
-    "weakest") {
+TEST("largest forces are where motors reach their limit, and none is below the weakest") {
   for (const Eigen::Vector3d& place : places) {
     const Eigen::Matrix3d j = jacobian_at(place);
-    const auto corners = force_corners(j, most);
-    for (unsigned n = 0; n < 8; ++n) {  // the index has a bit for the sense of each motor
-      const Eigen::Vector3d senses(n & 1U ? 1.0 : -1.0, n & 2U ? 1.0 : -1.0, n & 4U ? 1.0 : -1.0);
-      CHECK_NEAR(j.transpose() * corners[n], most * senses, 1e-12);  // rounding
-    }
     const WeakestDirection weakest = weakest_direction(j, most);
     CHECK_NEAR(weakest.direction.norm(), 1.0, 1e-12);
     CHECK_NEAR(largest_force(j, weakest.direction, most), weakest.force, 1e-12);
@@ -125,6 +118,59 @@ TEST(
     CHECK(least >= weakest.force * (1.0 - 1e-12));
     CHECK(least < weakest.force * 1.01);  // the sample's directions lie within 0.05 rad of any
   }
+}
+
+TEST("the supply holds the force of the data sheet in every direction at the centre") {
+  const Eigen::Matrix3d j = *Kinematics().jacobian(Kinematics::centre());
+  CHECK_NEAR(weakest_force(motors, j), 8.9, 5e-3);  // 2 lbf
+  double least = HUGE_VAL;
+  for (const Eigen::Vector3d& along : directions(5000)) {
+    const double force = largest_force(motors, j, along);
+    const Eigen::Vector3d torque = j.transpose() * (force * along);
+    CHECK(torque.cwiseAbs().maxCoeff() <= largest_torque(motors) * (1.0 + 1e-12));
+    CHECK_NEAR(supplied(motors, torque), torque, 1e-12);
+    least = std::min(least, force);
+  }
+  CHECK(least >= 8.895);
+  CHECK(least < 8.9 * 1.01);
+  // Three equal currents along the needle: 3 x 24.96 W at the largest words.
+  const double share = std::sqrt(30.0 / (3.0 * motors.largest_power));
+  CHECK_NEAR(largest_force(motors, j, Eigen::Vector3d::UnitZ()),
+             share * largest_force(j, Eigen::Vector3d::UnitZ(), largest_torque(motors)), 1e-9);
+}
+
+TEST("words beyond the supply keep the direction of the torques") {
+  Motors device(MotorOptions{.time_constant = 0.0});
+  device.command({4096, 4096, 4096});
+  CHECK(device.limited());
+  const double share = std::sqrt(30.0 / (3.0 * motors.largest_power));
+  CHECK_NEAR(device.torque_after(0.0), Eigen::Vector3d::Constant(-share * largest_torque(motors)),
+             1e-12);
+  device.command({4096, 0, 0});  // 25 W
+  CHECK(!device.limited());
+}
+
+TEST("a motor that is held at its largest word is folded back to what it can take for ever") {
+  const MotorOptions options{.time_constant = 0.0, .thermal_time = 10.0, .continuous_power = 10.0};
+  Motors device(options);
+  const auto power = [&] {
+    const double share = device.torque_after(0.0).x() / largest_torque(options);
+    return options.largest_power * share * share;
+  };
+  double time = 0.0;
+  for (; time < 200.0; time += 1e-2) {
+    device.command({4096, 0, 0});
+    if (time < 3.8) { CHECK(!device.limited()); }  // 8 W after 10 ln(24.96 / 16.96) = 3.86 s
+    device.advance(1e-2);
+    CHECK(power() <= options.largest_power * (1.0 + 1e-12));
+  }
+  CHECK_NEAR(power(), options.continuous_power, 1e-3);  // heat and power are equal
+  for (time = 0.0; time < 50.0; time += 1e-2) {
+    device.command({0, 0, 0});
+    device.advance(1e-2);
+  }
+  device.command({4096, 0, 0});
+  CHECK(!device.limited());
 }
 
 }  // namespace
