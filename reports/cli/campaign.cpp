@@ -739,6 +739,7 @@ std::string merged_line(const std::vector<fs::path>& folders, const std::string&
 
 int run_merge_jobs(const MergeOptions& options) {
   if (options.out.empty()) { throw InputError("campaign merge needs --out FILE"); }
+  refuse_to_replace(options.out, "{\"campaign\":", "a merged campaign");
   const Plan plan = read_plan(options.folders.front());
   for (const fs::path& folder : options.folders) {
     if (io::read_text(folder / "campaign.json", most_result_bytes) != plan.header) {

@@ -518,9 +518,14 @@ void add_certify(Program& program) {
   add_subject_options(command, options.subject);
   command.add_flag("--ordinary", options.ordinary,
                    "ordinary scheduling and memory: no certificate, but all figures");
-  command.add_flag("--verify", options.verify,
-                   "SCENE is a certificate.json: run nothing, refuse it with exit code 2 if it or "
-                   "histogram.csv beside it was changed, else end as it says");
+  CLI::Option* verify =
+      command.add_flag("--verify", options.verify,
+                       "SCENE is a certificate.json: run nothing, refuse it with exit code 2 if it "
+                       "or histogram.csv beside it was changed, else end as it says");
+  for (const char* of_measurement : {"--rate", "--duration", "--deadline", "--max-miss-rate",
+                                     "--load", "--subject", "--ordinary", "--set"}) {
+    verify->excludes(command.get_option(of_measurement));
+  }
   add_value(command, "--key", options.key, "FILE",
             "Ed25519 private key (PEM) that signs the certificate; with --verify the public key "
             "that must have signed it");

@@ -91,6 +91,17 @@ fs::path CommonOptions::make_folder() const {
   return folder;
 }
 
+void refuse_to_replace(const fs::path& file, std::string_view first_bytes, std::string_view kind) {
+  if (fs::is_directory(file)) { throw InputError(file.string() + ": is a folder; a file"); }
+  if (!fs::exists(file)) { return; }
+  std::string start(first_bytes.size(), '\0');
+  std::ifstream(file, std::ios::binary).read(start.data(), static_cast<long>(start.size()));
+  if (start != first_bytes) {
+    throw InputError(file.string() + ": exists and is not " + std::string(kind) +
+                     "; the name of a new file, or of " + std::string(kind));
+  }
+}
+
 void make_folder_of(const fs::path& file) {
   const fs::path folder = file.parent_path();
   std::error_code problem;

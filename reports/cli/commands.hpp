@@ -61,6 +61,11 @@ void lock_folder(const std::filesystem::path& folder);
 /// Creates the folder of a file that a command will write. Throws InputError.
 void make_folder_of(const std::filesystem::path& file);
 
+/// Throws InputError if `file` is a folder, or exists without these first bytes, as a key or an
+/// input does; `kind` is what it may be, such as "an archive".
+void refuse_to_replace(const std::filesystem::path& file, std::string_view first_bytes,
+                       std::string_view kind);
+
 /// Set by SIGINT and SIGTERM after catch_interrupts().
 extern std::atomic<bool> interrupted;
 

@@ -474,6 +474,9 @@ Json anomalies_json(const ReadContext& context, const Sources& sources) {
 
 /// Refuses names of the context that name nothing.
 void check_names(const ReadContext& context, const Sources& sources, const std::string& file) {
+  if (context.of.requirements.empty()) {
+    throw InputError(file + ": no [[requirement]]; at least one, which the results are to show");
+  }
   for (const EvidenceRequirement& one : context.of.requirements) {
     for (const std::string& pattern : one.cases) {
       if (!matching(sources, {pattern}).empty()) { continue; }
@@ -737,6 +740,7 @@ struct EvidenceOptions : CommonOptions {
 };
 
 int run_evidence(const EvidenceOptions& options) {
+  refuse_to_replace(options.out, "PK", "an archive");
   // Refuses a wrong key before the work.
   (void)evidence::statement_over({}, evidence::evidence_predicate, "{}", options.key);
   std::vector<Input> inputs;

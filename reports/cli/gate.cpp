@@ -213,6 +213,15 @@ std::vector<std::vector<Outcome>> variants_of(const ApproveOptions& options,
   std::vector<std::vector<Outcome>> variants;
   for (const std::filesystem::path& folder : options.spreads) {
     variants.push_back(read_judged(folder).outcomes);
+    for (const Outcome& one : variants.back()) {
+      const auto same = std::ranges::find(results.outcomes, one.name, &Outcome::name);
+      const bool ends_alike = same == results.outcomes.end() || same->status == one.status;
+      if (ends_alike || one.status == Status::pass || one.status == Status::skip) { continue; }
+      throw InputError(folder.string() + ": case " + one.name + " is " +
+                       std::string(name_of(one.status)) + ", " + options.results.string() +
+                       " has " + std::string(name_of(same->status)) +
+                       "; --spread takes results that differ by rounding alone");
+    }
   }
   const bool measured = variants.empty() && !options.no_variants &&
                         is_run_folder(options.results) &&

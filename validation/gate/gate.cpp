@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <sstream>
 #include <utility>
 
 #include "validation/number_text.hpp"
@@ -33,6 +34,11 @@ std::string obstacle_of_quantity(const Quantity& before, const Quantity& now) {
   if (!same_bound(before.lower, now.lower) || !same_bound(before.upper, now.upper) ||
       now.judged() != before.judged()) {
     return "judged by bounds " + bounds_text(now) + ", was " + bounds_text(before);
+  }
+  // A smaller uncertainty can turn what was inconclusive into a pass.
+  if (now.judged() && !(now.uncertainty >= 0.5 * before.uncertainty)) {
+    return "uncertainty " + plain_number(now.uncertainty) + ", was " +
+           plain_number(before.uncertainty);
   }
   if (!std::isfinite(now.value) && now.value != before.value) {
     return "is " + plain_number(now.value);
@@ -520,15 +526,13 @@ double spread_of(const std::map<std::string, double>& spreads, const std::string
   return found == spreads.end() ? 0.0 : found->second;
 }
 
-/// Checks the status: a judged case must be judged again, a passed one must pass, and none may end
-/// in an error.
+/// Checks the status: a judged case must be judged again, a passed one must pass, one that is
+/// judged for the first time must pass too, and none may end in an error.
 std::string status_problem(const Outcome& before, const Outcome& now) {
   const std::string why = now.reasons.empty() ? "" : ": " + now.reason();
   const std::string is = "is " + std::string(name_of(now.status)) + why;
   if (now.status == Status::error) { return is; }
-  if (now.status == before.status || before.status == Status::skip || now.status == Status::pass) {
-    return {};
-  }
+  if (now.status == before.status || now.status == Status::pass) { return {}; }
   return is + ", was " + std::string(name_of(before.status));
 }
 
@@ -632,8 +636,22 @@ std::string command_of(std::string command) {
   return command;
 }
 
-std::string command_problem(const Baseline& baseline, const Candidate& candidate) {
-  if (command_of(candidate.command) == command_of(baseline.command)) { return {}; }
+/// Leaves the program, its command and the options: single cases may come from a run of those
+/// alone.
+std::string without_cases(const std::string& command) {
+  std::istringstream words(command);
+  std::string text;
+  int place = 0;
+  for (std::string word; words >> word; ++place) {
+    if (place < 2 || word.starts_with('-')) { text += word + ' '; }
+  }
+  return text;
+}
+
+std::string command_problem(const Baseline& baseline, const Candidate& candidate, bool in_part) {
+  const std::string now = command_of(candidate.command);
+  const std::string before = command_of(baseline.command);
+  if (now == before || (in_part && without_cases(now) == without_cases(before))) { return {}; }
   return "results of `" + candidate.command + "`, the baseline has those of `" + baseline.command +
          "`";
 }
@@ -724,8 +742,7 @@ GateResult compare(const Baseline& baseline, const Candidate& candidate,
   const auto wanted = [&](const std::string& name) {
     return only.empty() || std::ranges::find(only, name) != only.end();
   };
-  if (std::string problem = command_problem(baseline, candidate);
-      only.empty() && !problem.empty()) {
+  if (std::string problem = command_problem(baseline, candidate, !only.empty()); !problem.empty()) {
     result.faults.push_back(std::move(problem));
   }
   std::set<std::string> met;

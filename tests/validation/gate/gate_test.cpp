@@ -264,11 +264,39 @@ TEST("a case that becomes worse fails while others pass, and a better one passes
   CHECK(worse.counts().failed == 1);
 }
 
-TEST("a selection compares nothing else, and the command may differ") {
-  const Candidate candidate{.command = "other", .outcomes = {sample("a", 1e-5)}};
-  CHECK(!compare(accepted(pair), candidate).holds());
-  CHECK(compare(accepted(pair), candidate, {"a"}).holds());
-  CHECK(!compare(accepted(pair), candidate, {"b"}).holds());
+TEST("a selection compares nothing else, and may come from a run of it alone") {
+  const Baseline all = accept(
+      {},
+      {.command = "palpate validate --quick", .date = "d", .reason = "first", .outcomes = pair});
+  const Candidate alone{.command = "palpate validate a --quick", .outcomes = {sample("a", 1e-5)}};
+  CHECK(!compare(all, alone).holds());
+  CHECK(compare(all, alone, {"a"}).holds());
+  CHECK(!compare(all, alone, {"b"}).holds());
+  const Candidate whole{.command = "palpate validate a", .outcomes = {sample("a", 1e-5)}};
+  CHECK(!compare(all, whole, {"a"}).holds());  // not the short form
+}
+
+TEST("an inconclusive case does not pass by a smaller uncertainty") {
+  const auto with = [](double uncertainty) {
+    Outcome outcome{.name = "a", .suite = "accuracy", .claim = "It is right."};
+    outcome.judge({.name = "error",
+                   .value = 1e-3,
+                   .upper = 1.1e-3,
+                   .bound_from = "theory",
+                   .uncertainty = uncertainty});
+    conclude(outcome);
+    return outcome;
+  };
+  CHECK(with(2e-4).status == Status::inconclusive);
+  const Baseline baseline = accept(
+      {},
+      {.command = "c", .date = "d", .reason = "first", .outcomes = {with(2e-4)}, .failing = {"a"}});
+  const auto holds = [&](double uncertainty) {
+    return compare(baseline, {.command = "c", .outcomes = {with(uncertainty)}}).holds();
+  };
+  CHECK(holds(2e-4));
+  CHECK(holds(1.5e-4));
+  CHECK(!holds(0.0));
 }
 
 TEST("a case without data may be judged later but not the reverse; wall clocks are not compared") {
@@ -276,6 +304,7 @@ TEST("a case without data may be judged later but not the reverse; wall clocks a
   skipped.skip("no data");
   skipped.quantities.clear();
   CHECK(compared({skipped}, {sample("a", 1e-5)}).holds());
+  CHECK(!compared({skipped}, {sample("a", 1e-2)}).holds());  // judged for the first time, and fails
   CHECK(!compared({sample("a", 1e-5)}, {skipped}).holds());
   Outcome timed = sample("bench", 1e-5);
   timed.suite = "timing";
