@@ -30,6 +30,15 @@ std::vector<double> largest_ahead(std::span<const double> value, std::size_t wid
   return largest;
 }
 
+/// Returns the largest finite value before n for every n up to `count`; -inf if there is none.
+std::vector<double> largest_before(std::span<const double> value, std::size_t count) {
+  std::vector<double> largest{-std::numeric_limits<double>::infinity()};
+  for (const double one : value.first(std::min(count, value.size()))) {
+    largest.push_back(std::fmax(largest.back(), one));
+  }
+  return largest;
+}
+
 /// Returns the cumulative number of missing samples; differences give the number in any window.
 std::vector<std::size_t> missing_before(std::span<const double> value) {
   std::vector<std::size_t> missing(value.size() + 1, 0);
@@ -46,15 +55,13 @@ struct Search {
   std::size_t hold = pressure.steps(rule.hold);
   std::vector<double> ahead_reach = largest_ahead(pressure.value, reach);
   std::vector<double> ahead_hold = largest_ahead(pressure.value, hold + 1);
+  std::vector<double> from_start = largest_before(pressure.value, reach);
   std::vector<std::size_t> missing = missing_before(pressure.value);
   double maximum = *std::ranges::max_element(ahead_hold);
 
   /// Returns the largest pressure within reach before n.
   [[nodiscard]] double before(std::size_t n) const {
-    if (n >= reach) { return ahead_reach[n - reach]; }
-    double largest = -std::numeric_limits<double>::infinity();
-    for (std::size_t m = 0; m < n; ++m) { largest = std::fmax(largest, pressure.value[m]); }
-    return largest;
+    return n >= reach ? ahead_reach[n - reach] : from_start[n];
   }
   [[nodiscard]] bool counts(double peak) const {
     return peak > 0.0 && peak >= rule.least_peak * maximum;
