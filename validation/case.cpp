@@ -83,15 +83,20 @@ Outcome run_case(const Case& definition, const CaseContext& context) {
     outcome.status = Status::error;
     outcome.reasons = {problem.what()};
   };
+  const auto misses = [](const Quantity& quantity) {
+    return quantity.judged() && quantity.status() != Status::pass;
+  };
   try {
     definition.measure(context, outcome);
     conclude(outcome);
   } catch (const Refused& refusal) { end_with_error(refusal); } catch (const CannotDo& lacking) {
-    // What failed before stays a failure.
-    conclude(outcome);
-    const bool failed = !outcome.quantities.empty() && outcome.status == Status::fail;
-    failed ? outcome.notes.push_back(std::string("Ended early: ") + lacking.what())
-           : outcome.skip(lacking.what());
+    // A number that missed its bound is no reason to skip the case.
+    if (std::ranges::any_of(outcome.quantities, misses)) {
+      conclude(outcome);
+      outcome.notes.push_back(std::string("Ended early: ") + lacking.what());
+    } else {
+      outcome.skip(lacking.what());
+    }
   } catch (const std::exception& problem) { end_with_error(problem); }
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return outcome;

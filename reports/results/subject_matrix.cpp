@@ -30,7 +30,7 @@ std::string cell_text(const Outcome* outcome) {
   if (outcome == nullptr) { return "-"; }
   const std::string status(name_of(outcome->status));
   Outcome own{.quantities = outcome->quantities};
-  // What is true or exact has no share of a bound.
+  // A value that is equal to its bound, as a yes is, would be shown as 100 %.
   std::erase_if(own.quantities, [](const Quantity& q) {
     return q.name.starts_with("reference_") || q.value == q.lower || q.value == q.upper;
   });

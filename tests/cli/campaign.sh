@@ -52,6 +52,8 @@ half=$(((jobs + 1) / 2))
 "$palpate" campaign run two --shard 1/2 --quiet
 refused 2 "--array=2 of 2 shards" merge two --shards 2 --out two.jsonl
 [ ! -e two.jsonl ] || fail "an incomplete merge was written"
+echo "another file" >other.txt
+refused 2 "other.txt: exists and is not a merged campaign" merge one --out other.txt
 "$palpate" campaign status two | grep -q "$half of $jobs jobs done: $half ok, 0 failed" || fail "status"
 cp -r two three
 SLURM_ARRAY_TASK_ID=1 SLURM_ARRAY_TASK_MIN=0 SLURM_ARRAY_TASK_MAX=1 SLURM_ARRAY_TASK_COUNT=2 \

@@ -179,3 +179,11 @@ printf ' ' >>certified/certificate.intoto.json
 refused 2 "certificate.intoto.json: was changed" certify --verify $certificate
 rm certified/certificate.intoto.json
 refused 2 "certificate.intoto.json: no such file" certify --verify $certificate --key pub.pem
+
+# Neither a key nor a context without a requirement makes an archive.
+cp key.pem kept.pem
+refused 2 "key.pem: exists and is not an archive" evidence judged speeds.jsonl compared --context context.toml --key key.pem --out key.pem
+cmp key.pem kept.pem || fail "the key was replaced"
+sed '/^\[\[requirement\]\]/,$d' context.toml >none.toml
+refused 2 "none.toml: no \[\[requirement\]\]" evidence judged speeds.jsonl compared --context none.toml --out none.zip
+refused 2 "excludes" certify --verify certified/certificate.json --deadline 10

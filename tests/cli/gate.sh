@@ -93,3 +93,7 @@ expect 2 "$palpate" gate "$out/again" --baseline "$baseline" --out "$out/gate"
 expect 2 "$palpate" gate "$out/stale" --baseline "$baseline" --case no/such --out "$out/gate"
 mkdir "$out/empty"
 expect 2 "$palpate" gate "$out/empty" --baseline "$baseline" --out "$out/gate"
+
+# Variants of a run differ by rounding: one that diverged is none.
+expect 2 "$palpate" approve "$out/stale" --baseline "$baseline" --reason "no" --spread "$out/diverged"
+grep -q "diverged: case run is error" "$out/said"

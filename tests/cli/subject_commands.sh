@@ -91,6 +91,13 @@ status=0
 [ "$status" -eq 1 ] && grep -q '"diverged"' "$out/diverged/summary.json" || fail "a diverged state: $status, $(cat "$out/said")"
 [ "$(wc -l <"$out/diverged/trace.csv")" -ge 10 ] || fail "the rows before the divergence are not kept"
 
+# The list of known failures of the finite element subject holds.
+elements=$(dirname "$faulty")/axisymmetric_subject.so
+if [ -f "$elements" ]; then
+  "$palpate" validate subject/needle needle/bone haptics/falcon/groups haptics/falcon/overshoot --quick --subject "$elements" --quiet \
+    --expected "$root/fixtures/subjects/axisymmetric/expected.toml" --out "$out/elements" || fail "other known failures"
+fi
+
 # Processes that a simulator leaves behind end with it, and a long reason is cut.
 sed 's/            return UNSUPPORTED, text.*/            return FAILED, text("x" * 4000000)/; s/ != "none" or / == "none" or /' \
   "$adapter" >"$out/long.py"

@@ -35,7 +35,8 @@ std::string obstacle_of_quantity(const Quantity& before, const Quantity& now) {
       now.judged() != before.judged()) {
     return "judged by bounds " + bounds_text(now) + ", was " + bounds_text(before);
   }
-  // A smaller uncertainty can turn what was inconclusive into a pass.
+  // A smaller uncertainty can turn an inconclusive result into a pass. Half of it is far more than
+  // rounding changes.
   if (now.judged() && !(now.uncertainty >= 0.5 * before.uncertainty)) {
     return "uncertainty " + plain_number(now.uncertainty) + ", was " +
            plain_number(before.uncertainty);
