@@ -80,8 +80,12 @@ long ticks_needed(double probability, double confidence) {
 
 long Claim::ticks() const { return std::max(1L, std::lround(duration * rate)); }
 
-double LoadResult::miss_probability_upper() const {
-  return certificate::miss_probability_upper(scene.record.misses.count(), scene.record.ticks());
+long Claim::ticks_needed() const {
+  return ticks_per_step * certificate::ticks_needed(max_miss_rate);
+}
+
+double Phase::miss_probability_upper() const {
+  return certificate::miss_probability_upper(record.misses.count(), steps());
 }
 
 const LoadResult* Certificate::worst() const {
@@ -129,6 +133,14 @@ std::string why_not_qualified(const Certificate& all) {
   return {};
 }
 
+/// Returns what the number of ticks that step the tissue is; empty if all do.
+std::string steps_in(const Claim& claim) {
+  return claim.ticks_per_step == 1
+             ? ""
+             : ", of the one tick in " + std::to_string(claim.ticks_per_step) +
+                   " that steps the tissue";
+}
+
 /// Returns the reason why the scene fails in a qualified environment; empty if it passes.
 std::string why_not_certified(const Certificate& all) {
   for (const LoadResult& load : all.loads) {
@@ -148,13 +160,13 @@ std::string why_not_certified(const Certificate& all) {
     return "Not enough evidence: the scene ends before events that it declares: " +
            join(all.budget.absent) + ".";
   }
-  const long needed = ticks_needed(all.claim.max_miss_rate);
+  const long needed = all.claim.ticks_needed();
   for (const LoadResult& load : all.loads) {
     if (load.scene.record.ticks() >= needed) { continue; }
     return "Not enough evidence: " + std::to_string(load.scene.record.ticks()) + " of the " +
            std::to_string(needed) + " ticks without a miss under load \"" + load.load +
            "\" that show fewer than one miss in " + plain_number(1.0 / all.claim.max_miss_rate, 6) +
-           " with 95 % confidence; a duration of at least " +
+           " with 95 % confidence" + steps_in(all.claim) + "; a duration of at least " +
            with_unit(static_cast<double>(needed) * all.claim.period(), "s") + ".";
   }
   return {};
@@ -166,7 +178,8 @@ std::string certified_text(const Certificate& all) {
          microseconds(all.claim.deadline) + " at " + with_unit(all.claim.rate, "Hz") +
          (all.loads.size() > 1 ? " under any load" : " under load \"" + worst.load + "\"") +
          ": with 95 % confidence fewer than one in " +
-         plain_number(std::floor(1.0 / worst.miss_probability_upper()), 9) + " does.";
+         plain_number(std::floor(1.0 / worst.miss_probability_upper()), 9) + " does" +
+         steps_in(all.claim) + ".";
 }
 
 Reason reason_of(const Certificate& all) {
@@ -258,6 +271,7 @@ class Certifier {
   Certifier(const Scene& scene, const CertifyPlan& plan) : scene_(scene), plan_(plan) {
     scene_.simulation.threads = 1;
     result_.claim = plan.claim;
+    result_.claim.ticks_per_step = std::lround(scene.simulation.step * plan.claim.rate);
   }
 
   Certificate run() {
@@ -324,6 +338,7 @@ class Certifier {
 
   void measure_under(const std::string& load) {
     LoadResult& result = result_.loads.emplace_back(load, plan_.claim.deadline);
+    result.scene.ticks_per_step = result_.claim.ticks_per_step;
     const std::shared_ptr<void> work = begin_load(load);
     device::touch_stack();
     measure(result.control, "the empty loop", [this](Phase& phase) { run_empty(phase); });

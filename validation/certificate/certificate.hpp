@@ -64,9 +64,13 @@ struct Claim {
   double deadline = 1e-3;       ///< time from the release to the end of the tick [s]
   double duration = 10.0;       ///< requested duration of each phase [s]
   double max_miss_rate = 1e-3;  ///< largest allowed upper limit of the miss probability [1]
+  long ticks_per_step = 1;      ///< the tissue is stepped in every n-th tick; the others are cheap
 
   [[nodiscard]] double period() const { return 1.0 / rate; }
   [[nodiscard]] long ticks() const;  ///< number of ticks in each phase
+  /// Returns the least number of ticks without a miss that show the claim. Only the ticks that step
+  /// the tissue are evidence.
+  [[nodiscard]] long ticks_needed() const;
 };
 
 /// Processor time used by other work during a phase.
@@ -82,10 +86,15 @@ struct Phase {
   LoopRecord record;
   device::ThreadCounts counts{};  ///< counts during ticks only
   ProcessorTimes times{};
-  double seconds = 0.0;   ///< wall time including pauses [s]
-  long restarts = 0;      ///< number of restarts of the scene
-  double paused = 0.0;    ///< total pause for restarts, between ticks [s]
-  bool hopeless = false;  ///< aborted because the loop was too late
+  double seconds = 0.0;     ///< wall time including pauses [s]
+  long restarts = 0;        ///< number of restarts of the scene
+  double paused = 0.0;      ///< total pause for restarts, between ticks [s]
+  bool hopeless = false;    ///< aborted because the loop was too late
+  long ticks_per_step = 1;  ///< as in Claim; 1 for the empty loop
+
+  /// Returns the upper limit of the miss probability of a tick that steps the tissue.
+  [[nodiscard]] double miss_probability_upper() const;
+  [[nodiscard]] long steps() const { return record.ticks() / ticks_per_step; }
 };
 
 /// Results of the empty loop and of the scene, measured one after the other under the same load.
@@ -97,7 +106,7 @@ struct LoadResult {
   Phase scene;
   Tail tail{};  ///< tail of the scene's response times
 
-  [[nodiscard]] double miss_probability_upper() const;
+  [[nodiscard]] double miss_probability_upper() const { return scene.miss_probability_upper(); }
 };
 
 /// Rights granted by the system. Each text is empty, or the reason why the right was refused.

@@ -92,6 +92,10 @@ TEST("only a scene without a miss, in an environment without a miss, is certifie
       {"scene abandoned", [](auto& c) { c.loads.front().scene.hopeless = true; }, fail},
       {"empty loop abandoned", [](auto& c) { c.loads.front().control.hopeless = true; },
        inconclusive},
+      {"ticks of which every second steps the tissue",
+       [](auto& c) { c.claim.ticks_per_step = c.loads.front().scene.ticks_per_step = 2; }, fail,
+       "1000 of the 1196 ticks without a miss under load \"idle\" that show fewer than one miss in "
+       "200 with 95 % confidence, of the one tick in 2 that steps the tissue"},
       {"ticks that suffice for one miss in 200 and not in 1000",
        [](auto& c) { c.claim.max_miss_rate = 1e-3; }, fail,
        "Not enough evidence: 1000 of the 2995 ticks without a miss under load \"idle\" that show "
@@ -161,6 +165,12 @@ Certificate certified(CertifyPlan plan) {
 
 TEST("each load runs the empty loop and the scene, a short one repeatedly, for equal ticks") {
   const Certificate all = certified({.claim = {.duration = 0.12}, .loads = {"idle", "cpu"}});
+  CHECK(all.loads.front().scene.steps() == 120);
+  // At four times the rate of the scene every fourth tick steps it.
+  const Certificate faster = certified({.claim = {.rate = 4000.0, .duration = 0.05}});
+  CHECK(faster.loads.front().scene.record.ticks() == 200);
+  CHECK(faster.loads.front().scene.steps() == 50);
+  CHECK(faster.claim.ticks_needed() == 4 * 2995);
   CHECK(all.loads.size() == 2);
   for (const LoadResult& load : all.loads) {
     CHECK(load.control.record.ticks() == 120);
