@@ -3,9 +3,12 @@
 #include "reports/certificate_report.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <sstream>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "reports/results/results_json.hpp"
@@ -14,8 +17,6 @@ namespace palpate {
 namespace {
 
 using namespace certificate;
-
-const std::string no_seal(64, '0');  // in the place of the seal while it is computed
 
 /// Name of an event: "puncture: skin".
 std::string name_of_event(const CertificateReport& report, const ToolHappening& event) {
@@ -76,9 +77,8 @@ Table misses_table(const CertificateReport& report) {
     const Misses& misses = phase.record.misses;
     table.rows.push_back(
         {named.name, static_cast<double>(phase.record.ticks()), static_cast<double>(misses.count()),
-         miss_probability_upper(misses.count(), phase.record.ticks()),
-         static_cast<double>(misses.longest_run()), 1e3 * misses.longest_recovery(),
-         static_cast<double>(phase.restarts),
+         phase.miss_probability_upper(), static_cast<double>(misses.longest_run()),
+         1e3 * misses.longest_recovery(), static_cast<double>(phase.restarts),
          static_cast<double>(phase.counts.minor_faults + phase.counts.major_faults),
          static_cast<double>(phase.counts.involuntary_switches), 1e3 * phase.times.stolen});
   }
@@ -209,8 +209,8 @@ Json times_json(const CertificateReport& report, const LatencyHistogram& times, 
 Json phase_json(const CertificateReport& report, const Phase& phase) {
   const LoopRecord& record = phase.record;
   return object(
-      "ticks", record.ticks(), "misses", record.misses.count(), "miss_probability_upper_95",
-      miss_probability_upper(record.misses.count(), record.ticks()), "longest_miss_run",
+      "ticks", record.ticks(), "steps", phase.steps(), "misses", record.misses.count(),
+      "miss_probability_upper_95", phase.miss_probability_upper(), "longest_miss_run",
       record.misses.longest_run(), "longest_recovery_us", us * record.misses.longest_recovery(),
       "wakeup_us", times_json(report, record.wakeup, record.worst_wakeup), "compute_us",
       times_json(report, record.compute, record.worst_compute), "response_us",
@@ -291,9 +291,13 @@ std::vector<Fact> claim_facts(const CertificateReport& report) {
       {"deadline", quantity(us * all.claim.deadline, "us"),
        "from the scheduled release until the tick is done"},
       {"allowed", "no miss", "under any load, nor by a provoked tick"},
-      {"ticks needed", std::to_string(ticks_needed(all.claim.max_miss_rate)),
+      {"ticks needed", std::to_string(all.claim.ticks_needed()),
        "under each load, for fewer than one miss in " +
-           short_number(1.0 / all.claim.max_miss_rate, 6) + " ticks with 95 % confidence"}};
+           short_number(1.0 / all.claim.max_miss_rate, 6) + " ticks with 95 % confidence" +
+           (all.claim.ticks_per_step > 1
+                ? "; one tick in " + std::to_string(all.claim.ticks_per_step) +
+                      " steps the tissue and counts"
+                : "")}};
   if (const LoadResult* worst = all.worst(); worst != nullptr && worst->scene.record.ticks() > 0) {
     facts.push_back({"miss probability",
                      "below " + short_number(worst->miss_probability_upper(), 3),
@@ -446,36 +450,152 @@ std::string to_json(const CertificateReport& report) {
            "compute_budget", budget_json(report), "missed_tick", missed_tick_json(all.missed_tick),
            "environment", environment, "loads", list_of(all.loads, of_load), "notes", all.notes,
            "command", report.command, "provenance", report.provenance, "max_miss_rate",
-           all.claim.max_miss_rate, "ticks_needed", ticks_needed(all.claim.max_miss_rate), "events",
+           all.claim.max_miss_rate, "ticks_needed", all.claim.ticks_needed(), "events",
            list_of(all.budget.happenings, of_event), "events_absent", all.budget.absent, "nodes",
            report.nodes, "springs", report.springs, "resolved_scene", report.resolved_scene,
            "inputs", list_of(report.inputs, of_input), "subject_sha256",
            text_or_null(report.subject_hash), "code_hash", report.code_hash, "program_sha256",
            report.program_hash, "histogram_sha256", io::sha256(to_csv(report)));
-  json["seal"] = no_seal;
-  std::string text = json_text(json, 2);
-  const std::string seal = io::sha256(text);
-  return text.replace(text.rfind(no_seal), seal.size(), seal);
+  return sealed_text(std::move(json), 2);
 }
+
+namespace {
+
+/// Numbers of ticks in histogram.csv, by column. Throws std::runtime_error.
+std::map<std::string, long> ticks_in(const std::string& histogram) {
+  std::istringstream lines(histogram);
+  std::string line;
+  std::getline(lines, line);
+  const auto words_of = [](const std::string& row) {
+    std::vector<std::string> words;
+    std::istringstream stream(row);
+    for (std::string word; std::getline(stream, word, ',');) { words.push_back(word); }
+    return words;
+  };
+  const std::vector<std::string> names = words_of(line);
+  std::map<std::string, long> sums;
+  for (const std::string& name : names) { sums[name] = 0; }
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> words = words_of(line);
+    if (words.size() != names.size()) { throw std::runtime_error("a row of other length"); }
+    for (std::size_t n = 0; n < words.size(); ++n) {
+      long count = 0;
+      const char* end = words[n].data() + words[n].size();
+      const auto [last, problem] = std::from_chars(words[n].data(), end, count);
+      if (problem != std::errc() || last != end || count < 0) {
+        throw std::runtime_error("no count: " + words[n]);
+      }
+      sums[names[n]] += count;
+    }
+  }
+  return sums;
+}
+
+void require(bool holds, const std::string& what) {
+  if (!holds) { throw std::runtime_error("contradicts itself: " + what); }
+}
+
+/// Throws std::runtime_error if the numbers of a phase contradict each other.
+void check_phase(const Json& phase, double deadline_us, const std::string& which) {
+  const auto ticks = whole_from_json<long>(phase.at("ticks"));
+  const auto steps = whole_from_json<long>(phase.at("steps"));
+  const auto misses = whole_from_json<long>(phase.at("misses"));
+  require(0 <= steps && steps <= ticks && 0 <= misses && misses <= ticks,
+          which + " has " + std::to_string(misses) + " misses and " + std::to_string(steps) +
+              " steps in " + std::to_string(ticks) + " ticks");
+  const double limit = miss_probability_upper(misses, steps);
+  const double given = number_from_json(phase.at("miss_probability_upper_95"));
+  constexpr double rounding = 1e-9;
+  require(std::abs(given - limit) <= rounding * limit, which + " has the miss probability " +
+                                                           short_number(given) + " instead of " +
+                                                           short_number(limit));
+  if (phase.at("response_us").is_null()) {
+    require(ticks == 0, which + " has no response times");
+    return;
+  }
+  const double slowest = number_from_json(phase.at("response_us").at("max"));
+  require((slowest > deadline_us) == (misses > 0), which + " has " + std::to_string(misses) +
+                                                       " misses, and its slowest tick took " +
+                                                       short_number(slowest) + " us");
+}
+
+/// Throws std::runtime_error if a certificate's verdict does not follow from its numbers, or these
+/// from its histogram.
+void check_certificate(const Json& json, const std::string& histogram) {
+  const double deadline = number_from_json(json.at("deadline_us"));
+  const Json& loads = json.at("loads");
+  const auto ticks_of = [](const Json& phase) { return whole_from_json<long>(phase.at("ticks")); };
+  const auto late = [](const Json& phase) {
+    return whole_from_json<long>(phase.at("misses")) > 0 || phase.at("given_up").get<bool>();
+  };
+  long steps = 0;
+  long ticks = 0;
+  bool control_late = false;
+  bool scene_late = false;
+  bool enough = true;
+  const auto needed = whole_from_json<long>(json.at("ticks_needed"));
+  const Json* worst = nullptr;
+  for (const Json& load : loads) {
+    const auto name = load.at("load").get<std::string>();
+    check_phase(load.at("control"), deadline, "the empty loop under load " + name);
+    check_phase(load.at("scene"), deadline, "the scene under load " + name);
+    if (load.at("load") == json.at("load")) { worst = &load; }
+    control_late = control_late || late(load.at("control"));
+    scene_late = scene_late || late(load.at("scene"));
+    enough = enough && ticks_of(load.at("scene")) >= needed;
+    ticks = std::max(ticks, ticks_of(load.at("scene")));
+    steps = std::max(steps, whole_from_json<long>(load.at("scene").at("steps")));
+  }
+  require(loads.empty() || worst != nullptr, "the worst load is none of its loads");
+  if (worst != nullptr) {
+    for (const auto& [key, value] : worst->at("scene").items()) {
+      require(json.at(key) == value, key + " is not that of the worst load");
+    }
+    require(json.at("control") == worst->at("control"), "control is not that of the worst load");
+    const std::map<std::string, long> sums = ticks_in(histogram);
+    for (const char* column : {"wakeup", "compute", "response", "control"}) {
+      const Json& phase = worst->at(column == std::string("control") ? "control" : "scene");
+      const auto found = sums.find(column);
+      require(found != sums.end() && found->second == ticks_of(phase),
+              "histogram.csv has other ticks in column " + std::string(column));
+    }
+  }
+  const long base = certificate::ticks_needed(number_from_json(json.at("max_miss_rate")));
+  const long each = steps > 0 ? ticks / steps : needed / base;
+  require(needed == base * each, "ticks_needed is not that of max_miss_rate");
+  const Json& environment = json.at("environment");
+  const auto granted = [&environment](const char* key, const char* begin) {
+    return environment.at(key).get<std::string>().starts_with(begin);
+  };
+  const bool qualified = granted("scheduling", "SCHED_FIFO") && granted("memory", "locked") &&
+                         !control_late && ticks > 0;
+  const Json& computed = json.at("compute_budget").at("worst_us");
+  const bool holds = !scene_late && enough && json.at("events_absent").empty() &&
+                     !computed.is_null() && number_from_json(computed) <= deadline;
+  const auto verdict = json.at("verdict").get<std::string>();
+  // A scene that diverges is not certified in any environment.
+  const bool diverges = json.at("reason").get<std::string>().starts_with("The scene diverges");
+  const Status status = diverges     ? Status::fail
+                        : !qualified ? Status::inconclusive
+                        : holds      ? Status::pass
+                                     : Status::fail;
+  require(verdict == verdict_word(status), "it says \"" + verdict + "\", and its numbers \"" +
+                                               std::string(verdict_word(status)) + "\"");
+}
+
+}  // namespace
 
 SealedVerdict verified_certificate(const std::string& json, const std::string& histogram,
                                    const std::string& file) {
   constexpr const char* allowed = "a certificate.json as palpate certify wrote it";
   SealedVerdict sealed;
-  std::string seal;
   std::string hash_of_histogram;
   try {
-    const Json content = parse_json(json);
+    const Json content = parse_sealed(json);
     sealed = {.verdict = content.at("verdict"), .reason = content.at("reason")};
-    seal = content.at("seal");
     hash_of_histogram = content.at("histogram_sha256");
+    if (io::sha256(histogram) == hash_of_histogram) { check_certificate(content, histogram); }
   } catch (const std::exception& problem) { throw json_trouble(file, json, problem, allowed); }
-  std::string zeroed = json;
-  const std::size_t place = seal.size() == no_seal.size() ? json.rfind(seal) : json.npos;
-  if (place != json.npos) { zeroed.replace(place, seal.size(), no_seal); }
-  if (place == json.npos || io::sha256(zeroed) != seal) {
-    throw InputError(file + ": was changed since it was written; " + allowed);
-  }
   if (io::sha256(histogram) != hash_of_histogram) {
     throw InputError(file +
                      ": histogram.csv beside it is not the one that it seals; the file of "

@@ -1157,14 +1157,14 @@ std::string to_json(const ComparisonReport& report) {
   };
   const std::string_view verdict =
       only_curves_differ(report) ? only_curve_text : verdict_word(report.found.outcome.status);
-  return json_text(object("schema", 1, "verdict", verdict, "holds", holds(report), "sentence",
-                          verdict_sentence(report), "reasons", report.found.outcome.reasons,
-                          "quantity", name_of(quantity), "unit", unit_of(quantity), "simulation",
-                          simulation_json(report.simulation), "options",
-                          options_json(report.options), "recordings", recordings, "groups",
-                          list_of(report.found.groups, of_group), "credibility",
-                          list_of(report.credibility, credibility_json), "command", report.command,
-                          "provenance", report.provenance));
+  return sealed_text(object("schema", 1, "verdict", verdict, "holds", holds(report), "sentence",
+                            verdict_sentence(report), "reasons", report.found.outcome.reasons,
+                            "quantity", name_of(quantity), "unit", unit_of(quantity), "simulation",
+                            simulation_json(report.simulation), "options",
+                            options_json(report.options), "recordings", recordings, "groups",
+                            list_of(report.found.groups, of_group), "credibility",
+                            list_of(report.credibility, credibility_json), "command",
+                            report.command, "provenance", report.provenance));
 }
 
 Tolerance tolerance_from(const std::string& text, QuantityKind quantity) {

@@ -259,7 +259,8 @@ IndexLine index_line_of(const fs::path& folder) {
   const fs::path file = folder / newest->name;
   const std::string text = io::read_text(file, most_bytes);
   try {
-    const Json json = parse_json(text);
+    Json json = parse_json(text);
+    if (json.contains("seal")) { json = parse_sealed(text); }
     IndexLine line{.folder = folder.filename().string(),
                    .kind = newest->kind,
                    .title = text_at(json, "title"),

@@ -130,6 +130,10 @@ std::vector<Parameter> chosen_parameters(const CalibrateOptions& options,
     Parameter& p = find(all, pair.key, "--bounds " + text);
     p.lower = pair.first;
     p.upper = pair.second;
+    if (!(p.lower < p.upper)) {
+      throw InputError("--bounds " + text +
+                       ": the lower bound is not below the upper; KEY=LOWER:UPPER");
+    }
     refuse_outside(p);
   }
   if (options.parameters.empty()) { return all; }
@@ -456,7 +460,9 @@ int run_insertions(const CalibrateOptions& options) {
   }
   files.emplace_back("calibration.json", to_json(report));
   files.emplace_back("report.html", to_html(report));
-  const std::filesystem::path folder = options.make_folder();
+  std::vector<std::string> names;
+  for (const auto& [name, text] : files) { names.push_back(name); }
+  const std::filesystem::path folder = options.make_folder(names);
   const io::WholeWrite whole;
   for (const auto& [name, text] : files) { io::replace_file(folder / name, text); }
   tell(report, folder, options);
@@ -504,7 +510,8 @@ int run_calibrate(const CalibrateOptions& options) {
   const std::string page = to_html(report);
   const std::string fitted =
       io::rewrite_scene(loaded.file, changes(scene, report.result.fitted), comment_of(report));
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder =
+      options.make_folder({"calibration.json", "fitted.toml", "report.html"});
   const io::WholeWrite whole;
   io::replace_file(folder / "fitted.toml", fitted);
   io::replace_file(folder / "calibration.json", to_json(report));

@@ -155,6 +155,11 @@ void check(const CampaignFile& file, const io::Places& places, io::Problems& pro
   for (std::size_t n = 0; n < design.parameters.size(); ++n) {
     const campaign::Parameter& one = design.parameters[n];
     const std::string key = "parameter[" + std::to_string(n) + "]";
+    const auto first = std::ranges::find(design.parameters, one.key, &campaign::Parameter::key);
+    if (&*first != &one) {
+      problems.add(places, key + ".key",
+                   key + ".key = \"" + one.key + "\" is also that of another parameter; one each");
+    }
     const bool range = one.range.size() == 2 && one.range[0] < one.range[1];
     if (!one.range.empty() && !range) {
       problems.add(places, key + ".range", key + ".range must be [lowest, highest]");
@@ -346,7 +351,7 @@ struct PlanOptions : CommonOptions {
 int run_plan(const PlanOptions& options) {
   const CampaignFile file = read_campaign(options.file);
   const std::string jobs = jobs_of(file, options.file);
-  const fs::path folder = options.make_folder();
+  const fs::path folder = options.make_folder({"campaign.json", "jobs.jsonl"});
   fs::create_directories(folder / "results");
   const io::WholeWrite whole;
   io::replace_file(folder / "jobs.jsonl", jobs);
@@ -749,8 +754,11 @@ int run_merge_jobs(const MergeOptions& options) {
   }
   const std::size_t shards = options.shards > 0 ? options.shards : plan.ids.size();
   std::set<std::size_t> missing;
+  io::Sha256 hash;
   for (std::size_t n = 0; n < plan.ids.size(); ++n) {
-    if (merged_line(options.folders, plan.ids[n]).empty()) { missing.insert(n % shards + 1); }
+    const std::string line = merged_line(options.folders, plan.ids[n]);
+    if (line.empty()) { missing.insert(n % shards + 1); }
+    hash.add(line);
     if (interrupted) { return interrupted_code; }
   }
   if (!missing.empty()) {
@@ -759,12 +767,14 @@ int run_merge_jobs(const MergeOptions& options) {
                      campaign::array_expression(numbers) + " of " + std::to_string(shards) +
                      (shards == 1 ? " shard" : " shards") + " makes them");
   }
+  Json header = parse_json(plan.header);
+  header["results_sha256"] = hash.text();
   std::size_t next = 0;
   bool begun = false;
   make_folder_of(options.out);
   io::replace_file(options.out, [&](std::string& part) {
     constexpr std::size_t part_bytes = 1U << 20U;
-    if (!begun) { part = plan.header; }
+    if (!begun) { part = header.dump() + "\n"; }
     begun = true;
     while (next < plan.ids.size() && part.size() < part_bytes) {
       part += merged_line(options.folders, plan.ids[next++]);
@@ -884,6 +894,8 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
   std::size_t number = 0;
   std::size_t rows = 0;
   std::size_t jobs = 0;
+  std::string hash_of_results;
+  io::Sha256 hash;
   const char* allowed = "a file as palpate campaign merge wrote it";
   for (std::string line; std::getline(in, line); ++number) {
     const std::string place = name + ":" + std::to_string(number + 1);
@@ -896,12 +908,14 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
       if (number == 0) {
         of = campaign_from(json);
         jobs = whole_from_json<std::size_t>(json.at("jobs"));
+        hash_of_results = json.at("results_sha256");
         rows = campaign::row_count(of.design);
         if (rows > most_jobs) {
           throw std::runtime_error("has more than " + std::to_string(most_jobs) + " rows");
         }
         continue;
       }
+      hash.add(line + "\n");
       results.push_back(job_from(json, rows));
       if (results.back().status == "ok") { campaign::widen(domain, results.back().domain); }
     } catch (const std::exception& problem) { throw json_trouble(place, line, problem, allowed); }
@@ -909,6 +923,9 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
   if (number == 0 || results.size() != jobs) {
     throw InputError(name + ": has " + std::to_string(results.size()) + " of " +
                      std::to_string(jobs) + " results; " + allowed);
+  }
+  if (hash.text() != hash_of_results) {
+    throw InputError(name + ": was changed since it was written; " + allowed);
   }
   return {.title = "Campaign: " + of.title, .outcomes = campaign::outcomes_of(of, results)};
 }
@@ -920,7 +937,7 @@ int run_findings(const FindingsOptions& options) {
   findings.command = options.command;
   findings.provenance = build_provenance();
   findings.provenance["campaign_sha256"] = io::sha256_of_file(options.file);
-  const fs::path folder = options.make_folder();
+  const fs::path folder = options.make_folder(files_of_results());
   write_results_folder(folder, findings);
   for (const Outcome& outcome : findings.outcomes) {
     if (options.quiet) { break; }
@@ -1020,7 +1037,7 @@ int run_merge_shards(const ShardsOptions& options) {
     merged->provenance.erase(key);
   }
   merged->provenance["merged shards"] = std::to_string(count);
-  const fs::path folder = options.make_folder();
+  const fs::path folder = options.make_folder(files_of_results());
   write_results_folder(folder, *merged);
   const Tally sum = tally(merged->outcomes);
   std::printf("%d passed, %d failed, %d skipped of %zu cases; %s\n", sum.passed, sum.not_passed(),

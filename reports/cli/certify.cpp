@@ -437,7 +437,8 @@ int run_certify(const CertifyOptions& options) {
   }
   Progress progress;
   const CertifyPlan plan = plan_of(options, loaded, progress);
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder =
+      options.make_folder({"certificate.json", "histogram.csv", "report.html", statement_file});
   keep_results_of_interrupted();
   const HappeningNames names(loaded.file.scene);
   CertificateReport report{

@@ -68,12 +68,19 @@ fs::path indexed_folder;
 
 }  // namespace
 
+void refuse_input(const fs::path& file) {
+  if (!io::was_read(file)) { return; }
+  throw InputError(file.string() +
+                   ": is an input of this command, which would replace it; another --out");
+}
+
 fs::path CommonOptions::output_folder() const {
   return out.empty() ? fs::path("palpate-out") / name : out;
 }
 
-fs::path CommonOptions::make_folder() const {
+fs::path CommonOptions::make_folder(const std::vector<std::string>& files) const {
   const fs::path folder = output_folder();
+  for (const std::string& file : files) { refuse_input(folder / file); }
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem && !fs::exists(folder)) {
@@ -93,6 +100,12 @@ fs::path CommonOptions::make_folder() const {
 
 void refuse_to_replace(const fs::path& file, std::string_view first_bytes, std::string_view kind) {
   if (fs::is_directory(file)) { throw InputError(file.string() + ": is a folder; a file"); }
+  refuse_input(file);
+  fs::path folder = fs::absolute(file).parent_path();
+  while (!fs::exists(folder) && folder.has_relative_path()) { folder = folder.parent_path(); }
+  if (!fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
+    throw InputError(folder.string() + ": not a folder that can be written; a folder");
+  }
   if (!fs::exists(file)) { return; }
   std::string start(first_bytes.size(), '\0');
   std::ifstream(file, std::ios::binary).read(start.data(), static_cast<long>(start.size()));

@@ -49,8 +49,10 @@ struct CommonOptions {
   [[nodiscard]] std::filesystem::path output_folder() const;
 
   /// Creates the output folder if it does not exist, locks it against other processes of this
-  /// program until this one ends, and returns it. Throws InputError, also if it is locked.
-  [[nodiscard]] std::filesystem::path make_folder() const;
+  /// program until this one ends, and returns it. `files` are the files that the command writes
+  /// there. Throws InputError, also if the folder is locked, or if one of the files is an input,
+  /// which this process has read.
+  [[nodiscard]] std::filesystem::path make_folder(const std::vector<std::string>& files) const;
 };
 
 /// Waits until no other process of this program has locked a folder, and locks it until this
@@ -58,11 +60,14 @@ struct CommonOptions {
 /// systems without locks.
 void lock_folder(const std::filesystem::path& folder);
 
+/// Throws InputError if this process has read the file, which a command is about to write.
+void refuse_input(const std::filesystem::path& file);
+
 /// Creates the folder of a file that a command will write. Throws InputError.
 void make_folder_of(const std::filesystem::path& file);
 
-/// Throws InputError if `file` is a folder, or exists without these first bytes, as a key or an
-/// input does; `kind` is what it may be, such as "an archive".
+/// Throws InputError if `file` is a folder, cannot be written, was read by this process, or exists
+/// without these first bytes, as a key does; `kind` is what it may be, such as "an archive".
 void refuse_to_replace(const std::filesystem::path& file, std::string_view first_bytes,
                        std::string_view kind);
 

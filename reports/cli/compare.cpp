@@ -228,7 +228,9 @@ int run_compare(const CompareOptions& options) {
     report.simulation = read_simulation(options.trace, column);
     report.provenance = build_provenance();
   }
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder = options.make_folder(
+      scene ? std::vector<std::string>{"comparison.json", "report.html", "trace.h5"}
+            : std::vector<std::string>{"comparison.json", "report.html"});
   keep_results_of_interrupted();
   if (scene && !simulate(*scene, foreign != nullptr ? *foreign : scene->subject, rest,
                          options.quiet, report)) {

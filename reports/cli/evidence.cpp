@@ -240,6 +240,7 @@ ReadContext read_context(const fs::path& file, const Domain& tested) {
 struct Sources {
   std::vector<std::pair<std::string, Outcome>> outcomes{};  ///< with the folder in the archive
   Domain tested{};
+  std::set<std::string> known{};  ///< names of all cases of the program that made the archive
 };
 
 /// Folder of a file in the archive; empty at the top.
@@ -297,6 +298,15 @@ std::vector<Outcome> comparison_outcomes(const Json& json) {
   return outcomes;
 }
 
+/// Outcomes of a comparison.json. Throws InputError with its name.
+std::vector<Outcome> compared_in(const std::string& text, const std::string& name) {
+  try {
+    return comparison_outcomes(parse_sealed(text));
+  } catch (const std::exception& problem) {
+    throw json_trouble(name, text, problem, "comparison.json as palpate compare wrote it");
+  }
+}
+
 /// Reads what the archive has in results/N/. Recomputes every verdict; throws InputError for a
 /// verdict that its own numbers do not support.
 Sources sources_in(const Files& files) {
@@ -317,10 +327,22 @@ Sources sources_in(const Files& files) {
         throw json_trouble(name, bytes, problem, "a run.json as palpate evidence wrote it");
       }
     } else if (name.ends_with("/comparison.json")) {
+      outcomes = compared_in(bytes, name);
+    } else if (name.ends_with("/summary.json")) {
       try {
-        outcomes = comparison_outcomes(parse_json(bytes));
+        const auto trace = files.find(folder_of(name) + "/trace.h5");
+        if (trace == files.end() ||
+            parse_sealed(bytes).at("trace_sha256") != io::sha256(trace->second)) {
+          throw std::runtime_error("is not of the same run as trace.h5 beside it");
+        }
       } catch (const std::exception& problem) {
-        throw json_trouble(name, bytes, problem, "comparison.json as palpate compare wrote it");
+        throw json_trouble(name, bytes, problem, "summary.json as palpate run wrote it");
+      }
+    } else if (name == "cases.json") {
+      try {
+        sources.known = parse_json(bytes);
+      } catch (const std::exception& problem) {
+        throw json_trouble(name, bytes, problem, "as palpate evidence wrote it");
       }
     } else if (name == "qualification.json") {
       try {
@@ -361,11 +383,31 @@ std::vector<const std::pair<std::string, Outcome>*> matching(
   return found;
 }
 
-/// shown: all judged cases pass, and there is one; in part: some pass; not shown.
-const char* shown_by(const std::vector<const std::pair<std::string, Outcome>*>& outcomes) {
+/// Names of the cases that the patterns select and that no result judges: they did not run, or only
+/// as skipped.
+std::set<std::string> not_judged(const Sources& sources, const std::vector<std::string>& patterns) {
+  std::set<std::string> names;
+  for (const std::string& known : sources.known) {
+    const bool is = std::ranges::any_of(
+        patterns, [&](const std::string& pattern) { return matches(known, pattern); });
+    if (is) { names.insert(known); }
+  }
+  const auto found = matching(sources, patterns);
+  for (const auto* each : found) {
+    if (each->second.status == Status::skip) { names.insert(each->second.name); }
+  }
+  for (const auto* each : found) {
+    if (each->second.status != Status::skip) { names.erase(each->second.name); }
+  }
+  return names;
+}
+
+/// shown: all selected cases were judged and pass; in part: some pass; not shown.
+const char* shown_by(const Sources& sources, const std::vector<std::string>& patterns) {
   Tally sum;
-  for (const auto* each : outcomes) { sum.add(each->second.status); }
-  return sum.holds() ? "shown" : sum.passed > 0 ? "in part" : "not shown";
+  for (const auto* each : matching(sources, patterns)) { sum.add(each->second.status); }
+  if (sum.holds() && not_judged(sources, patterns).empty()) { return "shown"; }
+  return sum.passed > 0 ? "in part" : "not shown";
 }
 
 Json quantity_json_of(const Quantity& q) {
@@ -389,9 +431,9 @@ Json claims_json(const ReadContext& context, const Sources& sources, const Files
                   list_of(outcome.quantities, quantity_json_of));
   };
   return list_of(context.of.requirements, [&](const EvidenceRequirement& one) {
-    const auto found = matching(sources, one.cases);
-    return object("requirement", one.id, "text", one.text, "status", shown_by(found), "claims",
-                  list_of(found, claim));
+    return object("requirement", one.id, "text", one.text, "status", shown_by(sources, one.cases),
+                  "not_judged", not_judged(sources, one.cases), "claims",
+                  list_of(matching(sources, one.cases), claim));
   });
 }
 
@@ -431,7 +473,7 @@ std::string claims_csv(const Json& claims) {
 Json credibility_json(const ReadContext& context, const Sources& sources) {
   return list_of(credibility_items(), [&](const Credibility& item) {
     const auto found = matching(sources, item.cases);
-    std::string status = shown_by(found);
+    std::string status = shown_by(sources, item.cases);
     std::string stated;
     for (const EvidenceFactor& factor : context.of.factors) {
       if (factor.name == item.name) { stated = factor.evidence; }
@@ -477,7 +519,11 @@ void check_names(const ReadContext& context, const Sources& sources, const std::
   if (context.of.requirements.empty()) {
     throw InputError(file + ": no [[requirement]]; at least one, which the results are to show");
   }
+  std::set<std::string> ids;
   for (const EvidenceRequirement& one : context.of.requirements) {
+    if (!ids.insert(one.id).second) {
+      throw InputError(file + ": requirement " + one.id + ": its id is used twice; one of its own");
+    }
     for (const std::string& pattern : one.cases) {
       if (!matching(sources, {pattern}).empty()) { continue; }
       throw InputError(file + ": requirement " + one.id + ": no case of the results is named \"" +
@@ -682,10 +728,14 @@ void add_results(Files& files, const std::string& folder, const fs::path& path,
                  std::vector<Input>& inputs) {
   if (fs::is_regular_file(path)) {
     add_file(files, folder + "/campaign.jsonl", path, inputs);
+    Domain domain;  // refuses a file that was edited by its own name
+    (void)campaign_findings(files.at(folder + "/campaign.jsonl"), path.string(), domain);
     return;
   }
   if (fs::exists(path / "comparison.json") && !fs::exists(path / "results.json")) {
-    add_file(files, folder + "/comparison.json", path / "comparison.json", inputs);
+    const fs::path file = path / "comparison.json";
+    add_file(files, folder + "/comparison.json", file, inputs);
+    (void)compared_in(files.at(folder + "/comparison.json"), file.string());
     return;
   }
   if (!is_run_folder(path)) {
@@ -749,6 +799,7 @@ int run_evidence(const EvidenceOptions& options) {
     add_results(files, "results/" + std::to_string(n + 1), options.results[n], inputs);
   }
   add_file(files, "context.toml", options.context, inputs);
+  files["cases.json"] = json_text(list_of(all_cases(), [](const Case& each) { return each.name; }));
   // Refuses a context outside the domain before the faults are planted, which takes longer.
   (void)derived_files(files, options.context.string());
   const auto build = build_provenance();
@@ -770,6 +821,7 @@ int run_evidence(const EvidenceOptions& options) {
           .dump(),
       options.key);
   const std::string zip = evidence::to_zip(files);
+  refuse_input(options.out);
   make_folder_of(options.out);
   io::replace_file(options.out, zip);
   std::size_t shown = 0;
@@ -854,6 +906,10 @@ int run_verify(const VerifyOptions& options) {
         std::printf("%-10s %s: %s\n", status.c_str(),
                     io::printable(one.at("requirement").get<std::string>()).c_str(),
                     io::printable(one.at("text").get<std::string>()).c_str());
+        for (const Json& absent : one.at("not_judged")) {
+          std::printf("           not judged: %s\n",
+                      io::printable(absent.get<std::string>()).c_str());
+        }
       }
     }
   } catch (const nlohmann::json::exception& problem) {

@@ -181,7 +181,7 @@ int falcon_solve(const FalconOptions& options) {
   const std::vector<io::Pose> poses = io::read_pose_csv(options.solve, within_reach, problems);
   problems.throw_if_any();
   for (const io::Pose& pose : poses) { text += row(*solve(kinematics, pose)); }
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder = options.make_folder({"solution.csv"});
   io::replace_file(folder / "solution.csv", text);
   std::printf("%zu poses: %s\n", poses.size(),
               io::printable((folder / "solution.csv").string()).c_str());
@@ -242,7 +242,7 @@ int run_falcon(const FalconOptions& options) {
   }
   if (!options.solve.empty()) { return falcon_solve(options); }
   const FalconScript script = read_falcon_script(options.script, options.overrides);
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder = options.make_folder({"log.csv"});
   const std::unique_ptr<Body> body = make_body(script);
   Emulator emulator(*body, script.firmware, script.faults);
   FalconLog log(folder / "log.csv", emulator.firmware());

@@ -49,14 +49,13 @@ std::vector<std::string> names_of(const std::vector<std::string>& patterns,
                                   const std::string& option = "--case") {
   std::vector<std::string> selected;
   for (const std::string& pattern : patterns) {
-    const auto before = selected.size();
+    bool found = false;
     for (const std::string& name : names) {
-      const bool meant = name == pattern || name.starts_with(pattern + "/");
-      if (meant && std::ranges::find(selected, name) == selected.end()) {
-        selected.push_back(name);
-      }
+      if (name != pattern && !name.starts_with(pattern + "/")) { continue; }
+      found = true;
+      if (std::ranges::find(selected, name) == selected.end()) { selected.push_back(name); }
     }
-    if (selected.size() == before) {
+    if (!found) {
       throw InputError(option + " " + pattern +
                        ": selects nothing; a case or a group of the results or the baseline");
     }
@@ -117,7 +116,8 @@ int run_gate(const GateOptions& options) {
                     .candidate = {.command = results.command, .outcomes = results.outcomes},
                     .baseline = baseline};
   report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder =
+      options.make_folder({"gate.json", "gate.xml", "report.html"});
   const io::WholeWrite whole;
   io::replace_file(folder / "gate.json", to_json(report));
   io::replace_file(folder / "gate.xml", to_junit(report));

@@ -132,7 +132,11 @@ int import_all(const ImportOptions& options, const std::optional<RecordingPreset
     }
   }
   if (!problems.empty()) { throw InputError(problems); }
-  const std::filesystem::path folder = options.make_folder();
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : options.files) {
+    names.push_back(file.stem().string() + ".h5");
+  }
+  const std::filesystem::path folder = options.make_folder(names);
   const io::WholeWrite whole;
   for (std::size_t n = 0; n < recordings.size(); ++n) {
     const std::filesystem::path file = folder / (options.files[n].stem().string() + ".h5");
@@ -153,7 +157,7 @@ int run_import(const ImportOptions& options) {
   if (!options.preset.empty()) { preset = preset_named(options.preset); }
   if (options.files.size() > 1) { return import_all(options, preset); }
   const InputRecording read = read_one(options, options.files.front(), preset);
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder = options.make_folder({"recording.csv", "recording.h5"});
   const io::WholeWrite whole;
   io::write_recording_hdf5(folder / "recording.h5", read.recording);
   io::write_recording_csv(folder / "recording.csv", read.recording);
@@ -174,7 +178,9 @@ struct ReconstructOptions : CommonOptions {
 int run_reconstruct(const ReconstructOptions& options) {
   const std::vector<Recording> recordings =
       reconstructed_recordings(io::read_published_values(options.table));
-  const std::filesystem::path folder = options.make_folder();
+  std::vector<std::string> names;
+  for (const Recording& recording : recordings) { names.push_back(recording.name + ".h5"); }
+  const std::filesystem::path folder = options.make_folder(names);
   const io::WholeWrite whole;
   for (const Recording& recording : recordings) {
     io::write_recording_hdf5(folder / (recording.name + ".h5"), recording);

@@ -117,7 +117,7 @@ class LiveSession {
 
   /// Serves until Ctrl-C or a failure of the subject. Returns the exit code.
   int run() {
-    folder_ = options_.make_folder();
+    folder_ = options_.make_folder({"scene.toml", "summary.json", "times.csv", "trace.csv"});
     server_->start();
     std::printf("%s\n", server_->url().c_str());
     std::fflush(stdout);

@@ -540,7 +540,8 @@ std::vector<std::string> passage_warnings(const Scene& scene, const SpringNetwor
 }
 
 std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
-                         const std::vector<ErrorSource>& sources, bool refined) {
+                         const std::vector<ErrorSource>& sources, bool refined,
+                         const std::string& hash_of_trace) {
   const Trace& trace = run.trace;
   const Simulation& simulation = loaded.simulation();
   const StepPlan& plan = simulation.plan();
@@ -600,7 +601,8 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
   json["events"] = list_of(trace.events, [](const Event& event) {
     return object("time_s", event.time, "kind", event.kind, "detail", event.detail);
   });
-  return json_text(json, 2);
+  json["trace_sha256"] = hash_of_trace;
+  return sealed_text(std::move(json), 2);
 }
 
 /// Result of the last run in a folder; absent without one, or if its summary.json cannot be read.
@@ -996,7 +998,8 @@ int run_scene(const RunOptions& options) {
   const std::unique_ptr<Subject> foreign =
       foreign_subject(confined(options.subject, options), loaded);
   const device::falcon::FaultScript faults = faults_of(options);
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder = options.make_folder(
+      {"packets.csv", "palpation.csv", "report.html", "summary.json", "trace.csv", "trace.h5"});
   keep_results_of_interrupted();
   const std::optional<IndexLine> before = last_run_in(folder);
   // A run that is killed then leaves no summary of an earlier one beside its own trace.
@@ -1061,9 +1064,10 @@ int run_scene(const RunOptions& options) {
   const Palpation palpation = palpate_skin(loaded);
   result.trace.interrupted = result.trace.interrupted || interrupted;
   if (palpation.figure) { io::replace_file(folder / "palpation.csv", palpation.csv); }
+  const std::string hash_of_trace = io::sha256_of_file(folder / "trace.h5");
   const auto write = [&](bool refined) {
     const io::WholeWrite together;
-    const std::string summary = summary_json(loaded, result, sources, refined);
+    const std::string summary = summary_json(loaded, result, sources, refined, hash_of_trace);
     io::replace_file(folder / "summary.json", summary);
     RunReport report = report_of(options, loaded, result, palpation, sources, provenance);
     if (before) { report.changes = changes_between(*before, index_line_of_run(summary)); }

@@ -99,7 +99,8 @@ int run_export(const ExportOptions& options) {
                  io::printable(options.scene.string()).c_str(),
                  io::printable(reason.what()).c_str());
   }
-  const fs::path folder = options.make_folder();
+  const fs::path folder = options.make_folder(
+      {"initial.csv", "manifest.json", "nodes.csv", "scene.toml", "springs.csv"});
   const io::WholeWrite whole;
   io::write_scene_folder(folder, {.scene = file.scene,
                                   .network = network,

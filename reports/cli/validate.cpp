@@ -263,7 +263,7 @@ class KeptCases {
   [[nodiscard]] std::optional<Outcome> find(const Case& definition) const {
     constexpr std::size_t most_bytes = 1U << 28U;
     const fs::path file = file_of(definition.name);
-    if (!definition.keeps || !fs::exists(file)) { return std::nullopt; }
+    if (!definition.keeps || !fs::exists(fs::symlink_status(file))) { return std::nullopt; }
     try {
       const std::string sealed = io::read_text(file, most_bytes);
       const std::size_t line = std::min(sealed.find('\n'), sealed.size() - 1);
@@ -637,7 +637,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   std::vector<ExpectedFailure> expected;
   if (!options.expected.empty()) { expected = read_expected(options.expected, what.cases); }
   const std::filesystem::path cached = cache_folder(options);
-  const std::filesystem::path folder = options.make_folder();
+  const std::filesystem::path folder = options.make_folder(files_of_results());
   const std::string code = what_runs();
   // Threads of an interrupted run still use it after this function has returned.
   static const reference::Cache cache = cache_in(cached, options, code);
@@ -889,7 +889,10 @@ int run_report(const ReportOptions& options) {
   const bool compares = all.size() > 1;
   const Results results = compares ? subject_matrix(all) : all.front();
   const std::filesystem::path folder =
-      options.out.empty() && !compares ? options.results.front() : options.make_folder();
+      options.out.empty() && !compares
+          ? options.results.front()
+          : options.make_folder(compares ? files_of_results()
+                                         : std::vector<std::string>{"report.html"});
   if (compares) {
     write_results_folder(folder, results);
   } else {

@@ -272,8 +272,17 @@ std::string seal_of(Json json) {
 }
 
 gate::Spread spread_from(const Json& json) {
-  return {
-      .quantities = json.at("quantities"), .curves = json.at("curves"), .runs = json.at("runs")};
+  gate::Spread spread{.quantities = json.at("quantities"),
+                      .curves = json.at("curves"),
+                      .runs = whole_from_json<int>(json.at("runs"))};
+  for (const auto* list : {&spread.quantities, &spread.curves}) {
+    for (const auto& [name, value] : *list) {
+      if (value >= 0.0 && spread.runs > 0) { continue; }
+      throw std::runtime_error("has the spread " + exact_number(value) + " of " + name + " from " +
+                               std::to_string(spread.runs) + " runs");
+    }
+  }
+  return spread;
 }
 
 Json approval_json(const gate::Approval& entry) {
@@ -311,7 +320,13 @@ gate::AcceptedCase accepted_from(Json json) {
   json["seconds"] = 0.0;
   for (const char* key : {"notes", "timings"}) { json[key] = Json::array(); }
   if (!json.contains("tables")) { json["tables"] = Json::array(); }
-  return {.outcome = case_from_json(json), .spread = spread_from(json.at("spread"))};
+  gate::AcceptedCase accepted{.outcome = case_from_json(json),
+                              .spread = spread_from(json.at("spread"))};
+  // A baseline does not keep quantities of time, by which a case may have been judged.
+  if (std::ranges::any_of(accepted.outcome.quantities, &Quantity::judged)) {
+    check_verdict(accepted.outcome);
+  }
+  return accepted;
 }
 
 gate::Baseline baseline_from(const Json& json) {
@@ -328,7 +343,13 @@ gate::Baseline baseline_from(const Json& json) {
   gate::Baseline baseline{.command = json.at("command")};
   baseline.provenance = json.at("provenance").get<std::map<std::string, std::string>>();
   for (const Json& each : json.at("ledger")) { baseline.ledger.push_back(approval_from(each)); }
-  for (const Json& each : json.at("cases")) { baseline.cases.push_back(accepted_from(each)); }
+  for (const Json& each : json.at("cases")) {
+    gate::AcceptedCase accepted = accepted_from(each);
+    if (baseline.find(accepted.outcome.name) != nullptr) {
+      throw std::runtime_error("case " + accepted.outcome.name + " is twice in it");
+    }
+    baseline.cases.push_back(std::move(accepted));
+  }
   if (baseline.cases.empty()) { throw std::runtime_error("holds no case"); }
   return baseline;
 }
@@ -410,6 +431,12 @@ std::vector<Damage> damages() {
       io::replace_file(s / file, bytes);
     };
   };
+  const auto resealed = [](const Folder& s, const std::function<void(Json&)>& change) {
+    Json json = parse_json(io::read_text(s / "b.json", 1U << 24U));
+    change(json);
+    json[seal_key] = seal_of(json);
+    io::replace_file(s / "b.json", json_text(json));
+  };
   const char* results = "results/results.json";
   return {
       {"the baseline's file is missing", remove("b.json")},
@@ -425,6 +452,17 @@ std::vector<Damage> damages() {
          json.erase(seal_key);
          json[seal_key] = io::content_hash(json_text(json));
          io::replace_file(s / "b.json", json_text(json));
+       }},
+      {"a case of the baseline is there twice, with a seal",
+       [resealed](const Folder& s) {
+         resealed(s, [](Json& json) { json["cases"].push_back(json["cases"][0]); });
+       }},
+      {"a spread of the baseline is negative, with a seal",
+       [resealed](const Folder& s) {
+         resealed(s, [](Json& json) {
+           json["cases"][0]["spread"] =
+               object("runs", 1, "quantities", object("height", -1.0), "curves", Json::object());
+         });
        }},
       {"the baseline's curves are missing", [](const Folder& s) { fs::remove(curves_in(s)); }},
       {"the baseline's curves have another name",
@@ -506,7 +544,10 @@ Results read_run_folder(const std::filesystem::path& folder) {
   Attributes provenance = attributes_of(
       folder / "trace.h5", {"version", "commit", "compiler", "flags", "processor", "date"});
   try {
-    const Json summary = parse_json(text);
+    const Json summary = parse_sealed(text);
+    if (summary.at("trace_sha256") != io::sha256_of_file(folder / "trace.h5")) {
+      throw std::runtime_error("is not of the same run as trace.h5 beside it");
+    }
     if (const Json subject = summary.value("subject", Json()); !subject.is_null()) {
       provenance["subject"] =
           subject.at("name").get<std::string>() + " " + subject.at("version").get<std::string>();
@@ -518,6 +559,10 @@ Results read_run_folder(const std::filesystem::path& folder) {
   } catch (const std::exception& problem) {
     throw json_trouble(file.string(), text, problem, "summary.json as palpate wrote it");
   }
+}
+
+std::vector<std::string> files_of_results() {
+  return {"results.json", "results.xml", "report.html"};
 }
 
 void write_results_folder(const std::filesystem::path& folder, const Results& results) {
@@ -550,7 +595,17 @@ Results read_results_folder(const std::filesystem::path& folder) {
   return results;
 }
 
-void write_baseline(const fs::path& path, const gate::Baseline& baseline) {
+namespace {
+
+/// Returns the file that a symbolic link names: a baseline and its curves are in one folder.
+fs::path target_of(const fs::path& path) {
+  return fs::is_symlink(path) ? fs::weakly_canonical(path) : path;
+}
+
+}  // namespace
+
+void write_baseline(const fs::path& given, const gate::Baseline& baseline) {
+  const fs::path path = target_of(given);
   if (path.extension() == ".h5") {
     throw InputError(path.string() + ": is a name of curves; a name with another ending, as .json");
   }
@@ -611,7 +666,8 @@ gate::Baseline read_baseline_once(const fs::path& path, const std::string& text)
 
 }  // namespace
 
-gate::Baseline read_baseline(const fs::path& path) {
+gate::Baseline read_baseline(const fs::path& given) {
+  const fs::path path = target_of(given);
   if (!fs::exists(path)) {
     throw InputError(path.string() + ": no such file; `palpate approve RESULTS --baseline " +
                      path.string() + " --reason TEXT` writes one");

@@ -37,6 +37,9 @@ void write_figures(io::Hdf5File& file, const std::string& above, const std::dequ
 void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
                   const std::string& above, std::deque<Figure>& figures);
 
+/// Names of the files that write_results_folder() writes.
+std::vector<std::string> files_of_results();
+
 /// Writes every file under a temporary name and renames it; report.html is last.
 void write_results_folder(const std::filesystem::path& folder, const Results& results);
 

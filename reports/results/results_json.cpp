@@ -12,6 +12,7 @@
 
 #include "html_templates.hpp"
 
+#include "fixtures/io/file_bytes.hpp"
 #include "reports/html/html_template.hpp"
 #include "reports/results/results_folder.hpp"
 #include "validation/number_text.hpp"
@@ -41,17 +42,15 @@ namespace {
 constexpr int deepest = 32;  // results have seven levels
 
 /// An exception of the library, so that a handler of its exceptions handles this one too.
-class DeepJson : public nlohmann::json::exception {
+class RefusedJson : public nlohmann::json::exception {
  public:
-  DeepJson()
-      : exception(0,
-                  ("[depth] more than " + std::to_string(deepest) + " brackets within each other")
-                      .c_str()) {}
+  explicit RefusedJson(const std::string& why) : exception(0, ("[refused] " + why).c_str()) {}
 };
 
 }  // namespace
 
 nlohmann::ordered_json parse_json(std::string_view text) {
+  using Json = nlohmann::ordered_json;
   int depth = 0;
   bool in_text = false;
   for (std::size_t n = 0; n < text.size(); ++n) {
@@ -61,9 +60,21 @@ nlohmann::ordered_json parse_json(std::string_view text) {
     if (in_text) { continue; }
     if (c == '[' || c == '{') { ++depth; }
     if (c == ']' || c == '}') { --depth; }
-    if (depth > deepest) { throw DeepJson(); }
+    if (depth > deepest) {
+      throw RefusedJson("more than " + std::to_string(deepest) + " brackets within each other");
+    }
   }
-  return nlohmann::ordered_json::parse(text);
+  std::vector<std::set<std::string>> keys;  // of the open objects
+  const auto refuse_twins = [&keys](int, Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) { keys.emplace_back(); }
+    if (event == Json::parse_event_t::object_end) { keys.pop_back(); }
+    if (event == Json::parse_event_t::key &&
+        !keys.back().insert(parsed.get<std::string>()).second) {
+      throw RefusedJson("key " + parsed.dump() + " is twice in one object");
+    }
+    return true;
+  };
+  return nlohmann::ordered_json::parse(text, refuse_twins);
 }
 
 Results without_what_varies(Results results) {
@@ -227,13 +238,16 @@ Status status_from(const std::string& name) {
 
 constexpr int schema = 1;
 
-/// Rejects a pass that contradicts its own numbers; this program does not write such a case.
+}  // namespace
+
 void check_verdict(const Outcome& outcome) {
   Outcome again = outcome;
   conclude(again);
   if (again.status == outcome.status || outcome.status != Status::pass) { return; }
   throw std::runtime_error("case " + outcome.name + " says pass, but its quantities do not");
 }
+
+namespace {
 
 /// Adds the keys that an object lacks to the text of all that are missing.
 void add_missing(const Json& json, const std::string& where,
@@ -415,6 +429,32 @@ Results results_from_json(const std::string& text, const std::string& name) {
   } catch (const std::exception& problem) {
     throw json_trouble(name, text, problem, "results.json as palpate wrote it");
   }
+}
+
+namespace {
+
+const std::string no_seal(64, '0');
+
+}  // namespace
+
+std::string sealed_text(Json json, int indent) {
+  json["seal"] = no_seal;
+  std::string text = json_text(json, indent);
+  const std::string seal = io::sha256(text);
+  return text.replace(text.rfind(no_seal), seal.size(), seal);
+}
+
+Json parse_sealed(const std::string& text) {
+  Json json = parse_json(text);
+  if (!json.contains("seal")) { throw std::runtime_error("has no seal"); }
+  const auto seal = json.at("seal").get<std::string>();
+  std::string zeroed = text;
+  const std::size_t place = seal.size() == no_seal.size() ? text.rfind(seal) : text.npos;
+  if (place != text.npos) { zeroed.replace(place, seal.size(), no_seal); }
+  if (place == text.npos || io::sha256(zeroed) != seal) {
+    throw std::runtime_error("was changed since it was written");
+  }
+  return json;
 }
 
 std::string to_junit(const Results& results) {

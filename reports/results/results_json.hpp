@@ -77,6 +77,13 @@ inline std::string json_text(const nlohmann::ordered_json& json, int indent = 1)
   return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+/// Text of a JSON file with the last key "seal": the SHA-256 of the same text with 64 zeros in its
+/// place. It detects a change by accident or by hand; whoever wants to can compute another one.
+std::string sealed_text(nlohmann::ordered_json json, int indent = 1);
+
+/// Parses such a text. Throws std::runtime_error if it has no seal or the seal of another text.
+nlohmann::ordered_json parse_sealed(const std::string& text);
+
 /// Text of a JSON value for a script element, without the character '<'.
 std::string script_text(const nlohmann::ordered_json& json);
 
@@ -99,6 +106,10 @@ nlohmann::ordered_json case_json(const Outcome& outcome);
 
 /// Parses one case. Throws exceptions of the JSON library, or std::runtime_error.
 Outcome case_from_json(const nlohmann::ordered_json& json);
+
+/// Throws std::runtime_error if a case says pass and its quantities do not: this program does not
+/// write such a case.
+void check_verdict(const Outcome& outcome);
 
 /// Parses a number, or one of the texts "nan", "inf" and "-inf".
 double number_from_json(const nlohmann::ordered_json& json);

@@ -97,3 +97,15 @@ expect 2 "$palpate" gate "$out/empty" --baseline "$baseline" --out "$out/gate"
 # Variants of a run differ by rounding: one that diverged is none.
 expect 2 "$palpate" approve "$out/stale" --baseline "$baseline" --reason "no" --spread "$out/diverged"
 grep -q "diverged: case run is error" "$out/said"
+
+# A baseline behind a link stays behind it, also when it is replaced.
+ln -s baseline.json "$out/link.json"
+expect 0 "$palpate" approve "$out/stale" --baseline "$out/link.json" --reason "linked" --no-variants
+[ -L "$out/link.json" ] && grep -q '"reason": "linked"' "$baseline"
+expect 0 "$palpate" gate "$out/stale" --baseline "$out/link.json" --out "$out/gate"
+
+# A summary that was edited, and results that are in the way of the output.
+sed -i 's/"final_j": /"final_j": 1/' "$out/stale/summary.json"
+expect 2 "$palpate" gate "$out/stale" --baseline "$baseline" --out "$out/gate"
+grep -q "summary.json: was changed since it was written" "$out/said"
+expect 2 "$palpate" index "$out"

@@ -42,3 +42,25 @@ grep -qF "$escape" "$out/said" && fail "colour with NO_COLOR"
 TERM=xterm "$palpate" run "$scenes/oscillator.toml" -q -o "$out/colour" >"$out/said"
 grep -qF "$escape" "$out/said" && fail "colour in a pipe"
 exit 0
+
+# An input is not replaced by an output of the same name; a copy elsewhere is written.
+mkdir "$out/own"
+printf 'time_s,pressure_Pa\n0,1\n0.1,2\n0.2,3\n' >"$out/own/recording.csv"
+cp "$scenes"/network-example/* "$out/own/"
+for file in "$out"/own/*; do cp "$file" "$file.kept"; done
+kept() {
+  status=0
+  "$palpate" "$@" >"$out/said" 2>"$out/error" || status=$?
+  [ "$status" -eq 2 ] && grep -q 'is an input of this command, which would replace it' "$out/error" ||
+    fail "$*: $status, $(cat "$out/said" "$out/error")"
+}
+kept import "$out/own/recording.csv" --out "$out/own"
+kept export "$out/own/scene.toml" --out "$out/own"
+mv "$out/own/scene.toml" "$out/own/summary.json"
+kept run "$out/own/summary.json" --out "$out/own"
+mv "$out/own/summary.json" "$out/own/scene.toml"
+ln "$out/own/recording.csv" "$out/own/other.csv"
+kept import "$out/own/other.csv" --out "$out/own"
+rm "$out/own/other.csv"
+for file in "$out"/own/*.kept; do cmp "$file" "${file%.kept}" || fail "${file%.kept} was replaced"; done
+"$palpate" import "$out/own/recording.csv" --out "$out/elsewhere" -q >"$out/said"

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fixtures/io/file_bytes.hpp"
+#include "reports/results/results_json.hpp"
 #include "tests/check.hpp"
 
 namespace {
@@ -38,6 +39,8 @@ CertificateReport sample(long scene_misses) {
   }
   load.tail.refusal = "too few ticks";
   report.environment = {{"kernel", "kernel", std::string("6.1")},
+                        {"scheduling", "scheduling", std::string("SCHED_FIFO, priority 80")},
+                        {"memory", "memory", std::string("locked, stack touched")},
                         {"smt", "two threads a core", false},
                         {"turbo", "turbo", {}},
                         {"clock_resolution_ns", "clock resolution (ns)", 1.0}};
@@ -136,9 +139,43 @@ TEST("a certificate or a histogram that was changed is refused, and an unchanged
                   "was changed");
   CHECK_THROWS_AS(InputError, verified_certificate(text, histogram + "\n", "c.json"),
                   "c.json: histogram.csv");
-  CHECK_THROWS_AS(InputError, verified_certificate("{}", histogram, "c.json"), "verdict");
+  CHECK_THROWS_AS(InputError, verified_certificate("{}", histogram, "c.json"), "has no seal");
   CHECK_THROWS_AS(InputError, verified_certificate(text.substr(0, 100), histogram, "c.json"),
                   "c.json");
+}
+
+TEST("a certificate that contradicts itself is refused although its seal fits") {
+  const std::string text = to_json(sample(0));
+  const auto refused = [&](const std::function<void(Json&)>& change, const char* message,
+                           const std::string& histogram = to_csv(sample(0))) {
+    Json json = Json::parse(text);
+    change(json);
+    json["histogram_sha256"] = io::sha256(histogram);
+    CHECK_THROWS_AS(InputError, verified_certificate(sealed_text(json, 2), histogram, "c.json"),
+                    message);
+  };
+  const auto of_scene = [](Json& json, const char* key, const Json& value) {
+    json[key] = value;
+    json["loads"][0]["scene"][key] = value;
+  };
+  CHECK(verified_certificate(sealed_text(Json::parse(text), 2), to_csv(sample(0)), "c.json")
+            .verdict == "certified");
+  refused([&](Json& json) { of_scene(json, "misses", 5000); }, "5000 misses");
+  refused([&](Json& json) { of_scene(json, "misses", 1); }, "miss probability");
+  refused([&](Json& json) { of_scene(json, "steps", -1); }, "-1 steps");
+  refused([](Json& json) { json["ticks"] = 9; }, "ticks is not that of the worst load");
+  refused([](Json& json) { json["loads"][0]["control"]["ticks"] = 3; }, "empty loop");
+  refused([](Json& json) { json["verdict"] = "not certified"; }, "it says \"not certified\"");
+  refused([](Json& json) { json["verdict"] = "sound"; }, "it says \"sound\"");
+  refused([](Json& json) { json["ticks_needed"] = 3; }, "ticks_needed");
+  refused([](Json& json) { json["events_absent"].push_back("puncture"); }, "\"not certified\"");
+  refused([](Json& json) { json["compute_budget"]["worst_us"] = 2000.0; }, "\"not certified\"");
+  refused([](Json& json) { json["deadline_us"] = 10.0; }, "its slowest tick took");
+  refused([](Json& json) { json["environment"]["memory"] = "refused"; }, "not qualified");
+  refused([](Json&) {}, "other ticks in column", to_csv(sample(0)) + "9,1,0,0,0\n");
+  refused([](Json&) {}, "no count", to_csv(sample(0)) + "9,1,x,0,0\n");
+  const CertificateReport missed = sample(2);
+  CHECK(verified_certificate(to_json(missed), to_csv(missed), "c.json").verdict == "not certified");
 }
 
 TEST("bins without any tick are left out, and each column counts every tick") {

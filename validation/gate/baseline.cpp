@@ -15,15 +15,32 @@ namespace palpate::gate {
 
 namespace {
 
-/// Replaces a map by a curve of its values over their index, so that one rule applies to both.
-void add_map_as_curve(Figure& figure) {
-  if (!figure.heat_map) { return; }
-  Series series{
-      .label = figure.heat_map->label, .style = Series::Style::points, .y = figure.heat_map->z};
+Series points_over_index(const std::string& label, const std::vector<double>& values) {
+  Series series{.label = label, .style = Series::Style::points, .y = values};
   series.x.resize(series.y.size());
   std::iota(series.x.begin(), series.x.end(), 0.0);
-  figure.series.push_back(std::move(series));
-  figure.heat_map.reset();
+  return series;
+}
+
+/// Replaces maps by curves of their values over the index, so that one rule applies to both. The
+/// values of each axis are a figure of their own, because a difference is compared with the range
+/// of all curves of its figure.
+void replace_maps(std::deque<Figure>& figures) {
+  const std::size_t given = figures.size();
+  for (std::size_t n = 0; n < given; ++n) {
+    if (!figures[n].heat_map) { continue; }
+    const HeatMap map = *std::exchange(figures[n].heat_map, std::nullopt);
+    figures[n].series.push_back(points_over_index(map.label, map.z));
+    const Figure of = figures[n];
+    figures.push_back({.id = of.id + "-x",
+                       .title = of.title,
+                       .y = of.x,
+                       .series = {points_over_index("", map.x)}});
+    figures.push_back({.id = of.id + "-y",
+                       .title = of.title,
+                       .y = of.y,
+                       .series = {points_over_index("", map.y)}});
+  }
 }
 
 [[noreturn]] void refuse(const Outcome& accepted, const std::string& what) {
@@ -125,7 +142,7 @@ Outcome comparable(Outcome outcome) {
     std::erase_if(outcome.quantities, [](const Quantity& q) { return !is_counted(q.unit); });
     outcome.figures.clear();
   }
-  for (Figure& figure : outcome.figures) { add_map_as_curve(figure); }
+  replace_maps(outcome.figures);
   return outcome;
 }
 
@@ -233,9 +250,20 @@ void describe_case(const AcceptedCase& before, const AcceptedCase& now,
   }
 }
 
-/// Adds the curves that rounding moves out of their tube, where the gate allows more than
-/// elsewhere.
+/// Adds the quantities and curves that rounding moves by more than the gate allows elsewhere.
 void describe_wide_spreads(const AcceptedCase& accepted, std::vector<std::string>& lines) {
+  for (const Quantity& quantity : accepted.outcome.quantities) {
+    const auto spread = accepted.spread.quantities.find(quantity.name);
+    if (spread == accepted.spread.quantities.end()) { continue; }
+    const double allowed = spread_margin * spread->second;
+    const double elsewhere =
+        std::max(allowed_share * std::abs(quantity.value), floor_of(quantity.unit));
+    if (!(allowed > elsewhere)) { continue; }
+    lines.push_back(accepted.outcome.name + ": " + quantity.name + ": rounding moves it by " +
+                    plain_number(spread->second, 2) + ", so the gate allows " +
+                    plain_number(allowed, 2) + " " + quantity.unit + " around " +
+                    plain_number(quantity.value));
+  }
   for (const Figure& figure : accepted.outcome.figures) {
     for (std::size_t n = 0; n < figure.series.size(); ++n) {
       const std::string name = curve_name(figure, n);
@@ -255,6 +283,12 @@ void describe_wide_spreads(const AcceptedCase& accepted, std::vector<std::string
 }  // namespace
 
 Baseline accept(const Baseline& old, const Acceptance& acceptance) {
+  if (!acceptance.only.empty() && !old.cases.empty()) {
+    const std::string problem = command_problem(old.command, acceptance.command, true);
+    if (!problem.empty()) {
+      throw InputError(problem + "; results with the same options, or all cases (without --case)");
+    }
+  }
   Baseline updated = old;
   if (acceptance.only.empty() || old.cases.empty()) {
     updated.command = acceptance.command;

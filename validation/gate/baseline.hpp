@@ -57,6 +57,9 @@ inline constexpr std::string_view depends_on_rounding = "not compared: depends o
 /// Beginnings of the names of texts that are keys of the scene, and warnings.
 inline constexpr std::string_view scene_prefix = "scene: ";
 inline constexpr std::string_view warning_prefix = "warning: ";
+/// Beginning of the warning with the estimated error of the reduced-order model. It is not
+/// compared, because a run with --no-skip, which is exact, does not have it.
+inline constexpr std::string_view reduction_warning = "warning: the reduced-order model changes";
 /// Beginning of the names of quantities that are the times of events, in their order.
 inline constexpr std::string_view event_prefix = "event: ";
 

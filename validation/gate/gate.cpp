@@ -152,7 +152,12 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
   if (std::string problem = obstacle_of_quantity(before, now); !problem.empty()) {
     return found(change, ChangeKind::broken, std::move(problem));
   }
-  if (now.value == before.value) { return change; }
+  if (now.value == before.value) {
+    return now.bound_from == before.bound_from
+               ? change
+               : found(change, ChangeKind::within,
+                       "bound from \"" + now.bound_from + "\", was \"" + before.bound_from + "\"");
+  }
   const double difference = std::abs(now.value - before.value);
   const auto absolute = [&](ChangeKind kind, double allowed) {
     return found(change, kind, plain_number(difference, 2) + " " + before.unit,
@@ -588,7 +593,7 @@ void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change
   std::vector<Change> found;
   for (const auto& [name, text] : was) {
     const auto other = is.find(name);
-    if (text == depends_on_rounding) { continue; }
+    if (text == depends_on_rounding || name.starts_with(reduction_warning)) { continue; }
     if (other == is.end()) {
       found.push_back(broken(name, "is gone" + (text.empty() ? "" : ", was " + text)));
     } else if (other->second != text) {
@@ -598,7 +603,7 @@ void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change
     }
   }
   for (const auto& [name, text] : is) {
-    if (!was.contains(name)) {
+    if (!was.contains(name) && !name.starts_with(reduction_warning)) {
       found.push_back(broken(name, "is new" + (text.empty() ? "" : ": " + text)));
     }
   }
@@ -628,36 +633,50 @@ void compare_order(const Outcome& before, const Outcome& now, std::vector<Change
   }
 }
 
-/// Removes options that do not affect results.
-std::string command_of(std::string command) {
-  const std::string option = " --no-skip";
-  if (const auto at = command.find(option); at != std::string::npos) {
-    command.erase(at, option.size());
-  }
-  return command;
-}
+struct CommandWords {
+  std::string command{};             ///< program and command
+  std::vector<std::string> cases{};  ///< before the first option, in an order of their own
+  std::vector<std::string> options{};
+};
 
-/// Leaves the program, its command and the options: single cases may come from a run of those
-/// alone.
-std::string without_cases(const std::string& command) {
-  std::istringstream words(command);
-  std::string text;
-  int place = 0;
-  for (std::string word; words >> word; ++place) {
-    if (place < 2 || word.starts_with('-')) { text += word + ' '; }
+/// Splits a command line, without options that do not affect judged results.
+CommandWords words_of(const std::string& line) {
+  std::istringstream stream(line);
+  CommandWords words;
+  stream >> words.command;
+  std::string word;
+  stream >> word;
+  words.command += ' ' + word;
+  while (stream >> word) {
+    std::vector<std::string>& list =
+        words.options.empty() && !word.starts_with('-') ? words.cases : words.options;
+    list.push_back(word);
   }
-  return text;
-}
-
-std::string command_problem(const Baseline& baseline, const Candidate& candidate, bool in_part) {
-  const std::string now = command_of(candidate.command);
-  const std::string before = command_of(baseline.command);
-  if (now == before || (in_part && without_cases(now) == without_cases(before))) { return {}; }
-  return "results of `" + candidate.command + "`, the baseline has those of `" + baseline.command +
-         "`";
+  const auto remove = [&words](const std::string& option, std::ptrdiff_t count,
+                               const std::string& value = {}) {
+    const auto at = std::ranges::find(words.options, option);
+    if (std::distance(at, words.options.end()) < count) { return; }
+    if (value.empty() || *std::next(at) == value) { words.options.erase(at, at + count); }
+  };
+  remove("--no-skip", 1);
+  remove("--seed", 2);  // of scenes that are drawn anew at every run
+  remove("--subject", 2, "model");
+  std::ranges::sort(words.cases);
+  return words;
 }
 
 }  // namespace
+
+std::string command_problem(const std::string& accepted, const std::string& candidate,
+                            bool in_part) {
+  const CommandWords now = words_of(candidate);
+  const CommandWords before = words_of(accepted);
+  if (now.command == before.command && now.options == before.options &&
+      (in_part || now.cases == before.cases)) {
+    return {};
+  }
+  return "results of `" + candidate + "`, the baseline has those of `" + accepted + "`";
+}
 
 bool CaseChanges::better() const {
   return !fails() && std::ranges::any_of(changes, [](const Change& change) {
@@ -743,7 +762,8 @@ GateResult compare(const Baseline& baseline, const Candidate& candidate,
   const auto wanted = [&](const std::string& name) {
     return only.empty() || std::ranges::find(only, name) != only.end();
   };
-  if (std::string problem = command_problem(baseline, candidate, !only.empty()); !problem.empty()) {
+  if (std::string problem = command_problem(baseline.command, candidate.command, !only.empty());
+      !problem.empty()) {
     result.faults.push_back(std::move(problem));
   }
   std::set<std::string> met;

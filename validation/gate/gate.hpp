@@ -164,6 +164,12 @@ struct Candidate {
   std::vector<Outcome> outcomes{};
 };
 
+/// Returns how a command line that made results differs from that of a baseline, apart from the
+/// order of cases and from options without an effect on judged results; empty if they agree. With
+/// `in_part`, cases may differ.
+std::string command_problem(const std::string& accepted, const std::string& candidate,
+                            bool in_part);
+
 /// Compares a candidate with a baseline. `only` selects cases by name on both sides; empty: all. A
 /// case that is on one side only fails.
 GateResult compare(const Baseline& baseline, const Candidate& candidate,

@@ -274,6 +274,52 @@ TEST("a selection compares nothing else, and may come from a run of it alone") {
   CHECK(!compare(all, alone, {"b"}).holds());
   const Candidate whole{.command = "palpate validate a", .outcomes = {sample("a", 1e-5)}};
   CHECK(!compare(all, whole, {"a"}).holds());  // not the short form
+  CHECK_THROWS(accept(all, {.command = whole.command,
+                            .date = "e",
+                            .reason = "r",
+                            .outcomes = whole.outcomes,
+                            .only = {"a"}}),
+               "results of `palpate validate a`, the baseline has those of");
+}
+
+TEST("command lines agree in any order of cases, and without options that change no verdict") {
+  const std::string accepted = "palpate validate a b/c --quick --order 3";
+  for (const char* same :
+       {"palpate validate a b/c --quick --order 3", "palpate validate b/c a --quick --order 3",
+        "palpate validate a b/c --quick --no-skip --order 3 --seed 5",
+        "palpate validate a b/c --quick --order 3 --subject model"}) {
+    CHECK(command_problem(accepted, same, false).empty());
+  }
+  for (const char* other :
+       {"palpate bench a b/c --quick --order 3", "palpate validate a b/c --order 3",
+        "palpate validate a b/c --quick --order 4",
+        "palpate validate a b/c --quick --order 3 --subject exec:x",
+        "palpate validate a --quick --order 3"}) {
+    CHECK(!command_problem(accepted, other, false).empty());
+  }
+  CHECK(command_problem(accepted, "palpate validate a --quick --order 3", true).empty());
+  CHECK(!command_problem(accepted, "palpate bench a --quick --order 3", true).empty());
+}
+
+TEST("the axes of a map are compared, and a changed origin of a bound is named") {
+  Outcome map = sample("a", 1e-5);
+  map.figures.push_back(
+      {.id = "map",
+       .heat_map = HeatMap{
+           .label = "stiffness", .x = {0.0, 0.01}, .y = {0.0, 0.02}, .z = {1e4, 2e4, 3e4, 4e4}}});
+  CHECK(compared({map}, {map}).counts().identical == 1);
+  for (std::vector<double> HeatMap::*axis : {&HeatMap::x, &HeatMap::y}) {
+    Outcome moved = map;
+    ((*moved.figures.back().heat_map).*axis)[1] *= 1.1;
+    CHECK(!compared({map}, {moved}).holds());
+  }
+  Outcome other = sample("a", 1e-5);
+  other.quantities[0].bound_from = "another theory";
+  const GateResult named = compared({sample("a", 1e-5)}, {other});
+  CHECK(named.holds());
+  CHECK(named.counts().identical == 0);
+  REQUIRE(named.cases[0].changes.size() == 1);
+  CHECK_CONTAINS(named.cases[0].changes[0].moved, "bound from \"another theory\", was");
 }
 
 TEST("an inconclusive case does not pass by a smaller uncertainty") {
@@ -319,7 +365,7 @@ TEST("a case without data may be judged later but not the reverse; wall clocks a
 
 TEST("a partial approval moves one case, a whole one drops absent cases, and both are recorded") {
   const Baseline first = accepted(pair);
-  const Baseline second = accept(first, {.command = "x",
+  const Baseline second = accept(first, {.command = "c",
                                          .date = "e",
                                          .reason = "a is another scheme now",
                                          .outcomes = {sample("a", 2e-5), sample("b", 3e-5)},
@@ -421,6 +467,19 @@ TEST("a warning of some variants is not compared, and a moved event widens no cu
                            .outcomes = {run_with(1.0, 2.0, "a")},
                            .variants = {{run_with(1.0, 2.0, "b")}}}),
                "kernel differs in a variant");
+}
+
+TEST(
+    "a spread that is no rounding is printed, and the warning of a reduced model is not compared") {
+  const Baseline wide = accept(
+      {}, {.reason = "r", .outcomes = {sample("a", 1e-5)}, .variants = {{sample("a", 3e-5)}}});
+  const std::vector<std::string> lines = described_changes({}, wide);
+  REQUIRE(lines.size() == 2);
+  CHECK_CONTAINS(lines[1], "rounding moves it by 2e-05, so the gate allows 0.0002");
+  Outcome reduced = run_with(1.0, 2.0, "a");
+  reduced.tables[0].rows.push_back({std::string(reduction_warning) + " the force", ""});
+  CHECK(compared({reduced}, {run_with(1.0, 2.0, "a")}).holds());
+  CHECK(compared({run_with(1.0, 2.0, "a")}, {reduced}).holds());
 }
 
 TEST("every damage to a result fails the gate") {
