@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "fixtures/io/file_bytes.hpp"
+#include "fixtures/io/scene_file.hpp"
 #include "reports/results/results_json.hpp"
 
 namespace palpate {
@@ -461,8 +462,8 @@ std::string to_json(const CertificateReport& report) {
 
 namespace {
 
-/// Numbers of ticks in histogram.csv, by column. Throws std::runtime_error.
-std::map<std::string, long> ticks_in(const std::string& histogram) {
+/// Numbers of ticks in histogram.csv by column and bin [us]. Throws std::runtime_error.
+std::map<std::string, std::map<long, long>> ticks_in(const std::string& histogram) {
   std::istringstream lines(histogram);
   std::string line;
   std::getline(lines, line);
@@ -473,11 +474,11 @@ std::map<std::string, long> ticks_in(const std::string& histogram) {
     return words;
   };
   const std::vector<std::string> names = words_of(line);
-  std::map<std::string, long> sums;
-  for (const std::string& name : names) { sums[name] = 0; }
+  std::map<std::string, std::map<long, long>> ticks;
   while (std::getline(lines, line)) {
     const std::vector<std::string> words = words_of(line);
     if (words.size() != names.size()) { throw std::runtime_error("a row of other length"); }
+    long bin = -1;
     for (std::size_t n = 0; n < words.size(); ++n) {
       long count = 0;
       const char* end = words[n].data() + words[n].size();
@@ -485,10 +486,11 @@ std::map<std::string, long> ticks_in(const std::string& histogram) {
       if (problem != std::errc() || last != end || count < 0) {
         throw std::runtime_error("no count: " + words[n]);
       }
-      sums[names[n]] += count;
+      if (n == 0) { bin = count; }
+      if (n > 0 && count > 0) { ticks[names[n]][bin] += count; }
     }
   }
-  return sums;
+  return ticks;
 }
 
 void require(bool holds, const std::string& what) {
@@ -517,6 +519,48 @@ void check_phase(const Json& phase, double deadline_us, const std::string& which
   require((slowest > deadline_us) == (misses > 0), which + " has " + std::to_string(misses) +
                                                        " misses, and its slowest tick took " +
                                                        short_number(slowest) + " us");
+  for (const char* of : {"wakeup_us", "compute_us", "response_us"}) {
+    double least = 0.0;
+    for (const char* key : {"min", "p50", "p90", "p99", "p99.9", "p99.99", "max"}) {
+      const Json& value = phase.at(of).at(key);
+      if (value.is_null()) { continue; }
+      const double now = number_from_json(value);
+      require(now >= least && now <= slowest * (1.0 + rounding),
+              which + " has the time " + std::string(of) + "." + key + " = " + short_number(now));
+      least = now;
+    }
+  }
+}
+
+/// Throws std::runtime_error if a column of the histogram is not that of a phase.
+void check_column(const std::map<std::string, std::map<long, long>>& ticks,
+                  const std::string& column, const Json& phase, const char* times,
+                  double deadline_us) {
+  const auto found = ticks.find(column);
+  const auto count = whole_from_json<long>(phase.at("ticks"));
+  const auto misses = whole_from_json<long>(phase.at("misses"));
+  long sum = 0;
+  long late = 0;     // in bins beyond the deadline
+  long perhaps = 0;  // and in the bin with the deadline
+  long last = -1;
+  if (found != ticks.end()) {
+    for (const auto& [bin, number] : found->second) {
+      sum += number;
+      last = bin;
+      if (static_cast<double>(bin) >= deadline_us) { late += number; }
+      if (static_cast<double>(bin) + 1.0 > deadline_us) { perhaps += number; }
+    }
+  }
+  const std::string what = "histogram.csv has other ticks in column " + column;
+  require(sum == count, what);
+  if (count == 0) { return; }
+  const double most = number_from_json(phase.at(times).at("max"));
+  constexpr auto end = static_cast<double>(LatencyHistogram::bin_count);  // last: all longer times
+  constexpr double half = 0.5 + 1e-6;
+  require(std::abs(static_cast<double>(last) + 0.5 - std::min(most, end - 0.5)) <= half,
+          what + ": the slowest");
+  require(column == "wakeup" || column == "compute" || (late <= misses && misses <= perhaps),
+          what + ": those after the deadline");
 }
 
 /// Throws std::runtime_error if a certificate's verdict does not follow from its numbers, or these
@@ -528,7 +572,6 @@ void check_certificate(const Json& json, const std::string& histogram) {
   const auto late = [](const Json& phase) {
     return whole_from_json<long>(phase.at("misses")) > 0 || phase.at("given_up").get<bool>();
   };
-  long steps = 0;
   long ticks = 0;
   bool control_late = false;
   bool scene_late = false;
@@ -544,7 +587,6 @@ void check_certificate(const Json& json, const std::string& histogram) {
     scene_late = scene_late || late(load.at("scene"));
     enough = enough && ticks_of(load.at("scene")) >= needed;
     ticks = std::max(ticks, ticks_of(load.at("scene")));
-    steps = std::max(steps, whole_from_json<long>(load.at("scene").at("steps")));
   }
   require(loads.empty() || worst != nullptr, "the worst load is none of its loads");
   if (worst != nullptr) {
@@ -552,17 +594,55 @@ void check_certificate(const Json& json, const std::string& histogram) {
       require(json.at(key) == value, key + " is not that of the worst load");
     }
     require(json.at("control") == worst->at("control"), "control is not that of the worst load");
-    const std::map<std::string, long> sums = ticks_in(histogram);
-    for (const char* column : {"wakeup", "compute", "response", "control"}) {
-      const Json& phase = worst->at(column == std::string("control") ? "control" : "scene");
-      const auto found = sums.find(column);
-      require(found != sums.end() && found->second == ticks_of(phase),
-              "histogram.csv has other ticks in column " + std::string(column));
+    const auto histograms = ticks_in(histogram);
+    check_column(histograms, "wakeup", worst->at("scene"), "wakeup_us", deadline);
+    check_column(histograms, "compute", worst->at("scene"), "compute_us", deadline);
+    check_column(histograms, "response", worst->at("scene"), "response_us", deadline);
+    check_column(histograms, "control", worst->at("control"), "response_us", deadline);
+  }
+  Claim claim{.rate = number_from_json(json.at("rate_hz")),
+              .deadline = deadline / us,
+              .duration = number_from_json(json.at("duration_s")),
+              .max_miss_rate = number_from_json(json.at("max_miss_rate"))};
+  const auto keys = io::keys_given(json.at("resolved_scene").get<std::string>(), {});
+  const std::string& step = keys.at("simulation.step");
+  double seconds = 0.0;
+  std::from_chars(step.data(), step.data() + step.size(), seconds);
+  claim.ticks_per_step = std::lround(claim.rate * seconds);
+  require(json.at("schema") == 1, "its schema");
+  require(claim.max_miss_rate > 0.0 && claim.max_miss_rate < 1.0 && claim.ticks_per_step >= 1,
+          "max_miss_rate, rate_hz and the step of the scene");
+  require(needed == claim.ticks_needed(),
+          "ticks_needed is not that of max_miss_rate, rate_hz and the step of the scene");
+  constexpr double rounding = 1e-9;
+  require(deadline <= us * claim.period() * (1.0 + rounding), "deadline_us is over a period");
+  for (const Json& load : loads) {
+    const Json& scene = load.at("scene");
+    require(whole_from_json<long>(scene.at("steps")) == ticks_of(scene) / claim.ticks_per_step,
+            "steps are not those of rate_hz and the step of the scene");
+    for (const char* phase : {"control", "scene"}) {
+      const bool whole = !json.at("interrupted").get<bool>() && !load.at(phase).at("given_up");
+      const long found = ticks_of(load.at(phase));
+      require(whole ? found == claim.ticks() : found <= claim.ticks(),
+              "ticks are not those of rate_hz and duration_s");
     }
   }
-  const long base = certificate::ticks_needed(number_from_json(json.at("max_miss_rate")));
-  const long each = steps > 0 ? ticks / steps : needed / base;
-  require(needed == base * each, "ticks_needed is not that of max_miss_rate");
+  double costliest = 0.0;
+  for (const Json& probe : json.at("compute_budget").at("provocations")) {
+    costliest = std::max(costliest, number_from_json(probe.at("processor_us")));
+  }
+  const Json& most = json.at("compute_budget").at("worst_us");
+  require(most.is_null() ? costliest == 0.0
+                         : std::abs(number_from_json(most) - costliest) <= rounding * costliest,
+          "worst_us is not that of the provocations");
+  std::string ran = json.at("resolved_scene");
+  for (const Json& input : json.at("inputs")) {
+    ran += "\n" + input.at("sha256").get<std::string>();
+  }
+  ran += "\n" + json.at("code_hash").get<std::string>();
+  // The options of another simulator are hashed too, but not named.
+  require(!json.at("subject_sha256").is_null() || json.at("scene_hash") == io::sha256(ran),
+          "scene_hash is not that of resolved_scene, inputs and code_hash");
   const Json& environment = json.at("environment");
   const auto granted = [&environment](const char* key, const char* begin) {
     return environment.at(key).get<std::string>().starts_with(begin);
@@ -581,6 +661,13 @@ void check_certificate(const Json& json, const std::string& histogram) {
                                      : Status::fail;
   require(verdict == verdict_word(status), "it says \"" + verdict + "\", and its numbers \"" +
                                                std::string(verdict_word(status)) + "\"");
+  if (status != Status::pass) { return; }
+  const Json& scene = worst->at("scene");
+  require(json.at("reason") ==
+              certified_text(claim, ticks_of(scene),
+                             number_from_json(scene.at("miss_probability_upper_95")), loads.size(),
+                             json.at("load")),
+          "reason is not that of its numbers");
 }
 
 }  // namespace

@@ -212,18 +212,21 @@ CampaignFile read_campaign(const fs::path& path) {
   return file;
 }
 
-/// Everything that the result of a job depends on.
+/// SHA-256 by file, of this process, so that each file is read once.
+using Hashes = std::map<fs::path, std::string>;
+
+/// Everything that the result of a job depends on. Adds the files of the scene to `hashes`.
 std::string job_id(const io::SceneFile& scene, const std::string& subject,
-                   const std::string& subject_options, const std::string& code) {
-  static std::map<fs::path, std::string> hashes;  // of this process, so each file is read once
+                   const std::string& subject_options, const std::string& code, Hashes& hashes) {
   std::string text = "palpate job 1\n" + io::resolved_scene(scene);
-  for (std::size_t n = 1; n < scene.inputs.size(); ++n) {
+  for (std::size_t n = 0; n < scene.inputs.size(); ++n) {
     std::string& hash = hashes[scene.inputs[n]];
     if (hash.empty()) { hash = io::sha256_of_file(scene.inputs[n]); }
-    text += hash + "\n";
+    if (n > 0) { text += hash + "\n"; }  // the scene itself is resolved above
   }
   if (!subject.empty()) {
-    std::string& hash = hashes["subject\n" + subject];
+    static std::map<std::string, std::string> of_subjects;
+    std::string& hash = of_subjects[subject];
     if (hash.empty()) { hash = hash_of_subject(subject); }
     text += hash + "\n" + subject_options + "\n";
   }
@@ -254,8 +257,8 @@ std::string group_of(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Writes all jobs of a campaign, one a line.
-std::string jobs_of(const CampaignFile& file, const fs::path& path) {
+/// Writes all jobs of a campaign, one a line, and adds the files of their scenes to `hashes`.
+std::string jobs_of(const CampaignFile& file, const fs::path& path, Hashes& hashes) {
   const fs::path folder = path.parent_path();
   const auto rows = campaign::rows_of(file.of.design);
   std::vector<std::string> codes;
@@ -285,7 +288,7 @@ std::string jobs_of(const CampaignFile& file, const fs::path& path) {
                                                            : subject.subject;
     std::string id;
     try {
-      id = job_id(io::read_scene(scene_file, set), carrier, subject.options, codes[build]);
+      id = job_id(io::read_scene(scene_file, set), carrier, subject.options, codes[build], hashes);
     } catch (const InputError& problem) {
       throw InputError(path.string() + ": job " + std::to_string(number) + ": " + problem.what());
     }
@@ -328,7 +331,7 @@ std::string jobs_of(const CampaignFile& file, const fs::path& path) {
 }
 
 /// First line of a merged file, and content of campaign.json.
-Json header_of(const CampaignFile& file, const std::string& jobs) {
+Json header_of(const CampaignFile& file, const std::string& jobs, const Hashes& hashes) {
   const campaign::Design& design = file.of.design;
   const auto parameter = [](const campaign::Parameter& one) {
     return object("key", one.key, "values", one.values, "range", one.range, "count", one.count);
@@ -341,7 +344,9 @@ Json header_of(const CampaignFile& file, const std::string& jobs) {
                 campaign::words(Method{})[static_cast<std::size_t>(design.method)].first, "samples",
                 design.samples, "parameters", list_of(design.parameters, parameter), "claims",
                 list_of(file.of.claims, claim), "jobs", std::ranges::count(jobs, '\n'),
-                "jobs_sha256", io::sha256(jobs));
+                "jobs_sha256", io::sha256(jobs), "inputs", list_of(hashes, [](const auto& each) {
+                  return object("path", each.first.string(), "sha256", each.second);
+                }));
 }
 
 struct PlanOptions : CommonOptions {
@@ -350,12 +355,13 @@ struct PlanOptions : CommonOptions {
 
 int run_plan(const PlanOptions& options) {
   const CampaignFile file = read_campaign(options.file);
-  const std::string jobs = jobs_of(file, options.file);
+  Hashes hashes;
+  const std::string jobs = jobs_of(file, options.file, hashes);
   const fs::path folder = options.make_folder({"campaign.json", "jobs.jsonl"});
   fs::create_directories(folder / "results");
   const io::WholeWrite whole;
   io::replace_file(folder / "jobs.jsonl", jobs);
-  io::replace_file(folder / "campaign.json", header_of(file, jobs).dump() + "\n");
+  io::replace_file(folder / "campaign.json", header_of(file, jobs, hashes).dump() + "\n");
   std::printf("%ld jobs; %s\n", static_cast<long>(std::ranges::count(jobs, '\n')),
               io::printable((folder / "jobs.jsonl").string()).c_str());
   return done;
@@ -507,7 +513,8 @@ std::string job_line(const Json& job, bool exclusive) {
   const fs::path file = job.at("file").get<std::string>();
   LoadedScene loaded = load_scene(file, options, false);
   const SubjectChoice choice{.subject = job.at("carrier"), .options_json = job.at("options")};
-  if (job_id(loaded.file, choice.subject, choice.options_json, build::code_hash()) !=
+  Hashes hashes;
+  if (job_id(loaded.file, choice.subject, choice.options_json, build::code_hash(), hashes) !=
       job.at("id").get<std::string>()) {
     throw InputError(file.string() +
                      ": the scene, a file that it names, the simulator or the program changed "
@@ -664,9 +671,20 @@ void run_jobs(const CampaignRunOptions& options, const Plan& plan, ShardProgress
   }
 }
 
+/// Throws InputError if a file of a scene is not that of the plan: kept results would be of others.
+void refuse_changed_inputs(const Plan& plan) {
+  const Json header = parse_json(plan.header);
+  for (const Json& input : header.value("inputs", Json::array())) {
+    const fs::path file = input.at("path").get<std::string>();
+    if (io::sha256_of_file(file) == input.at("sha256").get<std::string>()) { continue; }
+    io::refuse_file(file, "was changed since the plan; plan again");
+  }
+}
+
 int run_campaign(const CampaignRunOptions& options) {
   keep_results_of_interrupted();
   const Plan plan = read_plan(options.folder);
+  refuse_changed_inputs(plan);
   const Shard shard = chosen_shard(options.shard).value_or(Shard{});
   if (options.exclusive && options.jobs > 1) {
     throw InputError("--exclusive with --jobs " + std::to_string(options.jobs) +
@@ -744,7 +762,11 @@ std::string merged_line(const std::vector<fs::path>& folders, const std::string&
 
 int run_merge_jobs(const MergeOptions& options) {
   if (options.out.empty()) { throw InputError("campaign merge needs --out FILE"); }
-  refuse_to_replace(options.out, "{\"campaign\":", "a merged campaign");
+  const auto is_merged = [](std::string_view start) {
+    return start.starts_with("{\"campaign\":") &&
+           start.substr(0, start.find('\n')).find("\"results_sha256\":") != start.npos;
+  };
+  refuse_to_replace(options.out, is_merged, "a merged campaign");
   const Plan plan = read_plan(options.folders.front());
   for (const fs::path& folder : options.folders) {
     if (io::read_text(folder / "campaign.json", most_result_bytes) != plan.header) {
@@ -771,6 +793,7 @@ int run_merge_jobs(const MergeOptions& options) {
   header["results_sha256"] = hash.text();
   std::size_t next = 0;
   bool begun = false;
+  refuse_input(options.out);
   make_folder_of(options.out);
   io::replace_file(options.out, [&](std::string& part) {
     constexpr std::size_t part_bytes = 1U << 20U;
@@ -1004,7 +1027,8 @@ int run_merge_shards(const ShardsOptions& options) {
       throw InputError(folder.string() + ": " + key + " is " + b + ", but " + a + " in " +
                        options.folders.front().string() + "; shards of one build");
     }
-    if (here != total || shard.count != count || part.command != merged->command) {
+    if (here != total || shard.count != count ||
+        !gate::command_problem(merged->command, part.command, false).empty()) {
       throw InputError(folder.string() + ": is a shard of `" + part.command + "` in " +
                        std::to_string(shard.count) + " shards, but " +
                        options.folders.front().string() + " of `" + merged->command + "` in " +

@@ -80,7 +80,16 @@ fs::path CommonOptions::output_folder() const {
 
 fs::path CommonOptions::make_folder(const std::vector<std::string>& files) const {
   const fs::path folder = output_folder();
-  for (const std::string& file : files) { refuse_input(folder / file); }
+  for (const std::string& file : files) {
+    std::error_code absent;
+    if (!file.ends_with('/')) {
+      refuse_input(folder / file);
+      continue;
+    }
+    for (const fs::directory_entry& each : fs::directory_iterator(folder / file, absent)) {
+      refuse_input(each.path());
+    }
+  }
   std::error_code problem;
   fs::create_directories(folder, problem);
   if (problem && !fs::exists(folder)) {
@@ -98,18 +107,26 @@ fs::path CommonOptions::make_folder(const std::vector<std::string>& files) const
   return folder;
 }
 
-void refuse_to_replace(const fs::path& file, std::string_view first_bytes, std::string_view kind) {
-  if (fs::is_directory(file)) { throw InputError(file.string() + ": is a folder; a file"); }
+void refuse_to_replace(const fs::path& file, const std::function<bool(std::string_view)>& is_own,
+                       std::string_view kind) {
+  const fs::file_status status = fs::status(file);
+  if (fs::is_directory(status)) { throw InputError(file.string() + ": is a folder; a file"); }
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw InputError(file.string() + ": is not a regular file; the name of a file");
+  }
   refuse_input(file);
   fs::path folder = fs::absolute(file).parent_path();
   while (!fs::exists(folder) && folder.has_relative_path()) { folder = folder.parent_path(); }
   if (!fs::is_directory(folder) || access(folder.c_str(), W_OK | X_OK) != 0) {
     throw InputError(folder.string() + ": not a folder that can be written; a folder");
   }
-  if (!fs::exists(file)) { return; }
-  std::string start(first_bytes.size(), '\0');
-  std::ifstream(file, std::ios::binary).read(start.data(), static_cast<long>(start.size()));
-  if (start != first_bytes) {
+  if (!fs::exists(status)) { return; }
+  constexpr long enough = 1L << 16;
+  std::string start(enough, '\0');
+  std::ifstream in(file, std::ios::binary);
+  in.read(start.data(), enough);
+  start.resize(static_cast<std::size_t>(in.gcount()));
+  if (!is_own(start)) {
     throw InputError(file.string() + ": exists and is not " + std::string(kind) +
                      "; the name of a new file, or of " + std::string(kind));
   }

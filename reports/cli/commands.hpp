@@ -50,8 +50,8 @@ struct CommonOptions {
 
   /// Creates the output folder if it does not exist, locks it against other processes of this
   /// program until this one ends, and returns it. `files` are the files that the command writes
-  /// there. Throws InputError, also if the folder is locked, or if one of the files is an input,
-  /// which this process has read.
+  /// there, or folders with their files, which end with '/'. Throws InputError, also if the folder
+  /// is locked, or if one of the files is an input, which this process has read.
   [[nodiscard]] std::filesystem::path make_folder(const std::vector<std::string>& files) const;
 };
 
@@ -66,10 +66,11 @@ void refuse_input(const std::filesystem::path& file);
 /// Creates the folder of a file that a command will write. Throws InputError.
 void make_folder_of(const std::filesystem::path& file);
 
-/// Throws InputError if `file` is a folder, cannot be written, was read by this process, or exists
-/// without these first bytes, as a key does; `kind` is what it may be, such as "an archive".
-void refuse_to_replace(const std::filesystem::path& file, std::string_view first_bytes,
-                       std::string_view kind);
+/// Throws InputError if `file` is no regular file, cannot be written, was read by this process, or
+/// exists and its beginning is not that of an own file, as with a key; `kind` is what it may be,
+/// such as "an archive".
+void refuse_to_replace(const std::filesystem::path& file,
+                       const std::function<bool(std::string_view)>& is_own, std::string_view kind);
 
 /// Set by SIGINT and SIGTERM after catch_interrupts().
 extern std::atomic<bool> interrupted;

@@ -570,13 +570,13 @@ Files derived_files(const Files& files, const std::string& name) {
 
 // Facts of this installation.
 
-/// Runs quick cases with planted faults on this installation.
-Json qualification() {
-  struct Planted {
-    Mutation fault;
-    std::vector<std::string> cases;
-  };
-  const std::vector<Planted> all{
+struct Planted {
+  Mutation fault;
+  std::vector<std::string> cases;
+};
+
+std::vector<Planted> planted_faults() {
+  return {
       {stiffer(), {"oscillator/order/rk4", "network/patch-test", "needle/chain", "tissue/cube"}},
       {lighter(), {"oscillator/order/rk4", "network/load-edges"}},
       {reversed_damping(), {"oscillator/order/leapfrog", "network/skew/26", "needle/energy"}},
@@ -586,6 +586,10 @@ Json qualification() {
       {late_frames(), {"oscillator/order/rk4", "oscillator/discrete/leapfrog"}},
       {harder_to_cut(), {"needle/layers", "needle/loss-of-resistance"}},
       {delayed_loop(), {"haptics/wall/passivity", "haptics/falcon/reference"}}};
+}
+
+/// Runs quick cases with planted faults on this installation.
+Json qualification() {
   Json faults = Json::array();
   const std::vector<Case> cases = all_cases();
   const auto status = [&](const std::string& name, const Mutation* fault) {
@@ -594,7 +598,7 @@ Json qualification() {
         run_case(select_cases(cases, pattern, true).front(), {.quick = true, .mutation = fault});
     return name_of(outcome.status);
   };
-  for (const Planted& planted : all) {
+  for (const Planted& planted : planted_faults()) {
     for (const std::string& name : planted.cases) {
       if (interrupted) { io::end_process(interrupted_code); }
       faults.push_back(object("fault", planted.fault.name, "case", name, "without",
@@ -602,6 +606,110 @@ Json qualification() {
     }
   }
   return object("program", version_text(), "code_hash", build::code_hash(), "faults", faults);
+}
+
+Json names_of_cases() {
+  return list_of(all_cases(), [](const Case& each) { return each.name; });
+}
+
+/// What an archive says of the scene of a run.
+Json run_json(const io::SceneFile& scene, const Json& summary) {
+  Trace reached;
+  if (summary.contains("deepest_m")) {
+    reached.time = {0.0};
+    reached.columns.push_back(
+        {.name = "tool.depth_m", .values = {number_from_json(summary.at("deepest_m"))}});
+  }
+  Json domain = Json::object();
+  for (const auto& [key, range] : campaign::tested_domain(scene.scene, reached)) {
+    domain[key] = key == "depth_m" ? Json{0.0, range[1]} : Json{range[0], range[1]};
+  }
+  return object("scene", io::resolved_scene(scene), "domain", domain);
+}
+
+/// Domain of a run.json from the scene in it. The depth alone is computed again if the scene reads
+/// files, which an archive does not have.
+Json domain_again(const Json& run, const Json& summary) {
+  const io::ScratchFolder scratch;
+  io::replace_file(scratch / "scene.toml", run.at("scene").get<std::string>());
+  try {
+    return run_json(io::read_scene(scratch / "scene.toml", {}), summary).at("domain");
+  } catch (const InputError&) {
+    Json domain = run.at("domain");
+    domain.erase("depth_m");
+    if (summary.contains("deepest_m")) {
+      domain["depth_m"] = Json{0.0, std::max(0.0, number_from_json(summary.at("deepest_m")))};
+    }
+    return domain;
+  }
+}
+
+/// Throws InputError if files of an archive contradict each other: `why` begins with the file.
+void check_archive(const Files& files, const std::string& name) {
+  const auto require = [&name](bool holds, const std::string& why) {
+    if (!holds) { throw InputError(name + ": " + why + "; an archive of palpate evidence"); }
+  };
+  static const std::set<std::string> on_top{
+      "anomalies.json", "bom.cyclonedx.json", "bom.spdx.json",     "cases.json",
+      "claims.csv",     "claims.json",        "context.toml",      "credibility.json",
+      "domain.json",    "provenance.json",    "qualification.json"};
+  for (const auto& [file, bytes] : files) {
+    std::vector<std::string> parts;
+    std::istringstream path(file);
+    for (std::string part; std::getline(path, part, '/');) { parts.push_back(part); }
+    static const std::set<std::string> of_results{"results.json",    "campaign.jsonl",
+                                                  "comparison.json", "run.json",
+                                                  "summary.json",    "trace.h5"};
+    const bool in_results = parts.size() >= 3 && parts[0] == "results" &&
+                            parts[1].find_first_not_of("0123456789") == std::string::npos;
+    const bool known =
+        on_top.contains(file) ||
+        (in_results && parts.size() == 3 && of_results.contains(parts[2])) ||
+        (in_results && parts.size() == 4 && parts[2] == "traces" && parts[3].ends_with(".h5"));
+    require(known, "has the file " + io::printable(file));
+    if (file.ends_with("/run.json") || file.ends_with("/summary.json")) {
+      const std::string folder = folder_of(file);
+      for (const char* other : {"/run.json", "/summary.json", "/trace.h5"}) {
+        require(files.contains(folder + other), folder + " has no " + (other + 1));
+      }
+    }
+  }
+  try {
+    const Json provenance = parse_json(files.at("provenance.json"));
+    const Json qualified = parse_json(files.at("qualification.json"));
+    const std::string code = provenance.at("code_hash");
+    require(qualified.at("code_hash") == code,
+            "qualification.json is of other code than provenance.json");
+    for (const Json& input : provenance.at("inputs")) {
+      const auto file = files.find(input.at("file").get<std::string>());
+      require(file != files.end() && io::sha256(file->second) == input.at("sha256"),
+              "provenance.json has another hash of " + input.at("file").dump());
+    }
+    for (const auto& [file, bytes] : files) {
+      if (!file.ends_with("/summary.json")) { continue; }
+      const Json summary = parse_sealed(bytes);
+      const Json run = parse_json(files.at(folder_of(file) + "/run.json"));
+      require(summary.at("status") == "ok", file + " is of a run that did not end well");
+      require(nlohmann::json(run.at("domain")) == nlohmann::json(domain_again(run, summary)),
+              folder_of(file) + "/run.json has another domain than its scene and summary.json");
+    }
+    if (code != build::code_hash()) { return; }
+    require(parse_json(files.at("cases.json")) == names_of_cases(),
+            "cases.json does not have the cases of its program");
+    Json planted = Json::array();
+    for (const Planted& each : planted_faults()) {
+      for (const std::string& of : each.cases) { planted.push_back(Json{each.fault.name, of}); }
+    }
+    const Json found = list_of(qualified.at("faults"), [](const Json& each) {
+      return Json{each.at("fault"), each.at("case")};
+    });
+    require(found == planted, "qualification.json does not have the faults of its program");
+  } catch (const nlohmann::json::exception& problem) {
+    throw InputError(name + ": " + problem.what() + "; an archive as palpate evidence wrote it");
+  } catch (const std::runtime_error& problem) {
+    if (dynamic_cast<const InputError*>(&problem) != nullptr) { throw; }
+    throw InputError(name + ": " + problem.what() + "; an archive as palpate evidence wrote it");
+  }
 }
 
 int note_library(dl_phdr_info* info, std::size_t, void* list) {
@@ -713,6 +821,7 @@ std::string cyclonedx(const std::vector<Package>& list,
 
 /// Input of an archive, to find out later whether it changed.
 struct Input {
+  std::string file{};  ///< name in the archive
   fs::path path{};
   std::string sha256{};
 };
@@ -720,7 +829,7 @@ struct Input {
 void add_file(Files& files, const std::string& name, const fs::path& path,
               std::vector<Input>& inputs) {
   files[name] = io::read_bytes(path, most_file_bytes);
-  inputs.push_back({fs::absolute(path).lexically_normal(), io::sha256(files[name])});
+  inputs.push_back({name, fs::absolute(path).lexically_normal(), io::sha256(files[name])});
 }
 
 /// Adds a folder with results.json, a run folder, or a merged campaign.
@@ -758,8 +867,8 @@ void add_results(Files& files, const std::string& folder, const fs::path& path,
   std::istringstream lines(entry(given, "overrides"));
   for (std::string line; std::getline(lines, line);) { overrides.push_back(line); }
   const io::SceneFile scene = io::read_scene(scene_file, overrides);
-  if (scene.text != entry(given, "scene")) {
-    throw InputError(scene_file + ": changed since the run in " + path.string() +
+  if (const std::string changed = changed_input(given); !changed.empty()) {
+    throw InputError(changed + ": gone or changed since the run in " + path.string() +
                      "; run the scene again");
   }
   const Json summary = parse_json(io::read_text(path / "summary.json", most_file_bytes));
@@ -767,20 +876,9 @@ void add_results(Files& files, const std::string& folder, const fs::path& path,
     throw InputError(path.string() + ": the run is " + summary.at("status").dump() +
                      "; a run with the status ok");
   }
-  Trace reached;
-  if (summary.contains("deepest_m")) {
-    reached.time = {0.0};
-    reached.columns.push_back(
-        {.name = "tool.depth_m", .values = {number_from_json(summary.at("deepest_m"))}});
-  }
-  Json domain = Json::object();
-  for (const auto& [key, range] : campaign::tested_domain(scene.scene, reached)) {
-    domain[key] = key == "depth_m" ? Json{0.0, range[1]} : Json{range[0], range[1]};
-  }
   add_file(files, folder + "/trace.h5", path / "trace.h5", inputs);
   add_file(files, folder + "/summary.json", path / "summary.json", inputs);
-  files[folder + "/run.json"] =
-      json_text(object("scene", io::resolved_scene(scene), "domain", domain));
+  files[folder + "/run.json"] = json_text(run_json(scene, summary));
 }
 
 struct EvidenceOptions : CommonOptions {
@@ -790,7 +888,12 @@ struct EvidenceOptions : CommonOptions {
 };
 
 int run_evidence(const EvidenceOptions& options) {
-  refuse_to_replace(options.out, "PK", "an archive");
+  const auto is_archive = [](std::string_view start) {
+    constexpr std::size_t name_at = 30;  // of the first file, in the order of their names
+    return start.starts_with("PK\3\4") && start.size() > name_at &&
+           start.substr(name_at).starts_with("anomalies.json");
+  };
+  refuse_to_replace(options.out, is_archive, "an archive");
   // Refuses a wrong key before the work.
   (void)evidence::statement_over({}, evidence::evidence_predicate, "{}", options.key);
   std::vector<Input> inputs;
@@ -799,7 +902,7 @@ int run_evidence(const EvidenceOptions& options) {
     add_results(files, "results/" + std::to_string(n + 1), options.results[n], inputs);
   }
   add_file(files, "context.toml", options.context, inputs);
-  files["cases.json"] = json_text(list_of(all_cases(), [](const Case& each) { return each.name; }));
+  files["cases.json"] = json_text(names_of_cases());
   // Refuses a context outside the domain before the faults are planted, which takes longer.
   (void)derived_files(files, options.context.string());
   const auto build = build_provenance();
@@ -810,7 +913,7 @@ int run_evidence(const EvidenceOptions& options) {
   Json provenance = object("program", version_text(), "code_hash", build::code_hash(), "command",
                            options.command, "build", build);
   provenance["inputs"] = list_of(inputs, [](const Input& input) {
-    return object("path", input.path.string(), "sha256", input.sha256);
+    return object("file", input.file, "path", input.path.string(), "sha256", input.sha256);
   });
   files["provenance.json"] = json_text(provenance);
   const Files derived = derived_files(files, options.context.string());
@@ -873,7 +976,7 @@ int run_verify(const VerifyOptions& options) {
   constexpr std::size_t most_bytes = std::size_t{1} << 30U;
   const std::string name = options.file.string();
   Files files = evidence::from_zip(io::read_bytes(options.file, most_bytes), name);
-  for (const char* needed : {"context.toml", "provenance.json", "qualification.json",
+  for (const char* needed : {"context.toml", "cases.json", "provenance.json", "qualification.json",
                              "bom.spdx.json", "bom.cyclonedx.json", statement_name}) {
     if (files.contains(needed)) { continue; }
     throw InputError(name + ": has no " + needed + "; an archive of palpate evidence");
@@ -881,6 +984,7 @@ int run_verify(const VerifyOptions& options) {
   const std::string statement = files.extract(statement_name).mapped();
   const evidence::CheckedStatement checked = evidence::check_statement(
       statement, evidence::evidence_predicate, files, options.key, name + ": " + statement_name);
+  check_archive(files, name);
   Files sources = files;
   const std::array tables{"claims.json", "claims.csv", "credibility.json", "domain.json",
                           "anomalies.json"};

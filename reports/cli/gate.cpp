@@ -95,6 +95,10 @@ void check_simulator(const GateOptions& options, const Results& results,
                      ". Each simulator needs a baseline of its own");
   }
   if (options.subject.subject.empty()) { return; }
+  if (!options.subject.foreign() && !entry(results.provenance, "subject").empty()) {
+    throw InputError(options.results.string() + ": results of the simulator " + found +
+                     " behind the interface of subjects; --subject is the model in the program");
+  }
   const std::string wanted = make_subject(options.subject)->facts().name;
   if (found != wanted) {
     throw InputError(options.results.string() + ": results of the simulator " + found +
@@ -144,7 +148,6 @@ int run_gate(const GateOptions& options) {
 /// Throws InputError unless this program made the run, from the scene as it is now.
 void check_repeatable(const ApproveOptions& options, const Results& results,
                       const std::map<std::string, std::string>& inputs) {
-  constexpr std::size_t most_bytes = 1U << 26U;
   constexpr const char* remedy = "; run it again, or give --spread or --no-variants";
   const std::string about = options.results.string() +
                             ": the effect of rounding is measured by "
@@ -156,9 +159,8 @@ void check_repeatable(const ApproveOptions& options, const Results& results,
     throw InputError(about + "the run is of another program: " + key + " " + made_by +
                      ", this is " + own.at(key) + remedy);
   }
-  const std::string file = entry(inputs, "scene_file");
-  if (!std::filesystem::exists(file) || io::read_text(file, most_bytes) != entry(inputs, "scene")) {
-    throw InputError(about + "its scene " + file + " is gone or changed" + remedy);
+  if (const std::string file = changed_input(inputs); !file.empty()) {
+    throw InputError(about + "its input " + file + " is gone or changed" + remedy);
   }
 }
 
@@ -191,6 +193,10 @@ std::vector<std::vector<Outcome>> run_variants(const ApproveOptions& options,
     }
     if (const std::string script = entry(inputs, "script"); !script.empty()) {
       words.insert(words.end(), {"--script", script});
+    }
+    if (!entry(inputs, "no_skip").empty()) { words.emplace_back("--no-skip"); }
+    if (const std::string every = entry(inputs, "every"); !every.empty()) {
+      words.insert(words.end(), {"--every", every});
     }
     if (!options.quiet) {
       std::printf("run again with %s\n", environment.c_str());
@@ -225,7 +231,7 @@ std::vector<std::vector<Outcome>> variants_of(const ApproveOptions& options,
   }
   const bool measured = variants.empty() && !options.no_variants &&
                         is_run_folder(options.results) &&
-                        simulator_in(results.provenance) == "palpate" &&
+                        entry(results.provenance, "subject").empty() &&
                         results.outcomes.front().status == Status::pass;
   return measured ? run_variants(options, results) : variants;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <limits>
 
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/recording_file.hpp"
@@ -137,6 +138,13 @@ int import_all(const ImportOptions& options, const std::optional<RecordingPreset
     names.push_back(file.stem().string() + ".h5");
   }
   const std::filesystem::path folder = options.make_folder(names);
+  for (const std::string& name : names) {
+    const std::filesystem::path file = folder / name;
+    if (!std::filesystem::exists(file)) { continue; }
+    const std::string bytes = io::read_bytes(file, std::numeric_limits<std::size_t>::max());
+    if (io::ends_with_seal(bytes)) { continue; }
+    throw InputError(file.string() + ": exists and was not written by palpate; another --out");
+  }
   const io::WholeWrite whole;
   for (std::size_t n = 0; n < recordings.size(); ++n) {
     const std::filesystem::path file = folder / (options.files[n].stem().string() + ".h5");

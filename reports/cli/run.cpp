@@ -953,16 +953,21 @@ std::map<std::string, std::string> provenance_with_inputs(
     const RunOptions& options, const LoadedScene& loaded,
     std::map<std::string, std::string> provenance) {
   namespace fs = std::filesystem;
-  constexpr std::size_t most_bytes = std::size_t{1} << 32;
   provenance["scene_file"] = fs::absolute(options.scene).string();
   if (!options.script.empty()) { provenance["script"] = fs::absolute(options.script).string(); }
   std::string inputs;
   for (const fs::path& file : loaded.file.inputs) {
     if (file == options.scene) { continue; }
-    inputs += file.lexically_relative(options.scene.parent_path()).string() + " " +
-              io::sha256(io::read_bytes(file, most_bytes)) + "\n";
+    const fs::path beside = file.lexically_relative(options.scene.parent_path());
+    inputs += (beside.empty() ? fs::absolute(file) : beside).string() + " " +
+              io::sha256_of_file(file) + "\n";
+  }
+  if (!options.script.empty()) {
+    inputs += "--script " + io::sha256_of_file(options.script) + "\n";
   }
   if (!inputs.empty()) { provenance["inputs"] = inputs; }
+  if (options.no_skip) { provenance["no_skip"] = "yes"; }
+  if (options.every) { provenance["every"] = exact_number(*options.every); }
   return provenance;
 }
 
@@ -979,6 +984,11 @@ long ticks_between_rows(const RunOptions& options, double rate) {
 }
 
 int run_scene(const RunOptions& options) {
+  for (const std::string& each : options.overrides) {
+    if (each.find('\n') == each.npos) { continue; }
+    throw InputError("--set " + each.substr(0, each.find('=')) +
+                     ": has a line break, which trace.h5 cannot keep; \\n in its place");
+  }
   LoadedScene loaded = load_scene(options.scene, options, options.no_skip);
   const Scene& scene = loaded.file.scene;
   const bool in_hand = scene.drive && scene.drive->kind == Drive::Kind::falcon;
@@ -998,8 +1008,9 @@ int run_scene(const RunOptions& options) {
   const std::unique_ptr<Subject> foreign =
       foreign_subject(confined(options.subject, options), loaded);
   const device::falcon::FaultScript faults = faults_of(options);
-  const std::filesystem::path folder = options.make_folder(
-      {"packets.csv", "palpation.csv", "report.html", "summary.json", "trace.csv", "trace.h5"});
+  const std::filesystem::path folder =
+      options.make_folder({"packets.csv", "palpation.csv", "report.html", "summary.json",
+                           "trace.csv", "trace.h5", "trace.xdmf", "vtk/"});
   keep_results_of_interrupted();
   const std::optional<IndexLine> before = last_run_in(folder);
   // A run that is killed then leaves no summary of an earlier one beside its own trace.

@@ -100,7 +100,8 @@ int run_export(const ExportOptions& options) {
                  io::printable(reason.what()).c_str());
   }
   const fs::path folder = options.make_folder(
-      {"initial.csv", "manifest.json", "nodes.csv", "scene.toml", "springs.csv"});
+      {"initial.csv", "inputs/", "layers.csv", "loads.csv", "manifest.json", "nodes.csv",
+       "record.csv", "scene.toml", "settings.csv", "springs.csv", "tool.csv"});
   const io::WholeWrite whole;
   io::write_scene_folder(folder, {.scene = file.scene,
                                   .network = network,

@@ -144,8 +144,15 @@ class Renderer {
 std::string escape_markup(std::string_view text) {
   using Json = nlohmann::json;  // replaces invalid UTF-8
   const Json valid = Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace));
+  std::string shown = valid.get_ref<const std::string&>();
+  // XML 1.0 has no U+FFFE and U+FFFF.
+  for (const std::string_view none : {"\xef\xbf\xbe", "\xef\xbf\xbf"}) {
+    for (std::size_t at = 0; (at = shown.find(none, at)) != shown.npos;) {
+      shown.replace(at, none.size(), "\xef\xbf\xbd");
+    }
+  }
   std::string out;
-  for (const char c : valid.get_ref<const std::string&>()) {
+  for (const char c : shown) {
     const auto byte = static_cast<unsigned char>(c);
     switch (c) {
       case '&': out += "&amp;"; break;

@@ -141,9 +141,8 @@ std::string not_finite(const Outcome& outcome) {
 }
 
 /// Adds the time of something, found at the end of a tick; rounding may move it by one tick more.
-void add_time(Outcome& outcome, const std::string& name, double time, const Trace& trace,
+void add_time(Outcome& outcome, const std::string& name, double time, double tick,
               std::map<std::string, int>& met) {
-  const double tick = trace.time.size() > 1 ? trace.time[1] - trace.time[0] : 0.0;
   const int count = ++met[name];  // of its own: another event renames none of other kinds
   outcome.quantities.push_back({.name = name + (count > 1 ? " #" + std::to_string(count) : ""),
                                 .value = time,
@@ -151,19 +150,24 @@ void add_time(Outcome& outcome, const std::string& name, double time, const Trac
                                 .uncertainty = 2.0 * tick});
 }
 
-void add_times(Outcome& outcome, const Json& events, const Trace& trace) {
+void add_times(Outcome& outcome, const Json& summary, const Trace& trace) {
+  // The tick of the scene, not the distance of rows, which --every sets.
+  const double tick =
+      number_from_json(summary.at("integrator_step_s")) * number_from_json(summary.at("substeps"));
+  const Json& events = summary.at("events");
   std::map<std::string, int> met;
   for (const Json& event : events) {
     const auto detail = event.at("detail").get<std::string>();
     const std::string kind = event.at("kind");
     add_time(outcome, std::string(gate::event_prefix) + kind + (detail.empty() ? "" : " " + detail),
-             number_from_json(event.at("time_s")), trace, met);
+             number_from_json(event.at("time_s")), tick, met);
   }
+  const double row = trace.time.size() > 1 ? trace.time[1] - trace.time[0] : 0.0;
   for (const TextColumn& column : trace.text_columns) {
     if (column.name != "tool.layer") { continue; }  // that of events repeats the events
     for (std::size_t n = 0; n < std::min(column.values.size(), trace.time.size()); ++n) {
       if (n > 0 && column.values[n] == column.values[n - 1]) { continue; }
-      add_time(outcome, column.name + ": " + column.values[n], trace.time[n], trace, met);
+      add_time(outcome, column.name + ": " + column.values[n], trace.time[n], row, met);
     }
   }
 }
@@ -233,7 +237,7 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const Attributes& in
   for (const char* key : {"initial_j", "final_j", "max_j"}) {
     add_number(outcome, std::string("energy.") + key, summary.at("energy").at(key), "J");
   }
-  add_times(outcome, summary.at("events"), trace);
+  add_times(outcome, summary, trace);
   add_texts(outcome, summary, inputs);
   for (const Column& column : trace.columns) {
     outcome.figures.push_back(column_figure(trace, column));
@@ -532,8 +536,26 @@ bool is_run_folder(const std::filesystem::path& folder) {
 }
 
 std::map<std::string, std::string> inputs_of_run(const std::filesystem::path& folder) {
-  return attributes_of(folder / "trace.h5",
-                       {"scene", "overrides", "scene_file", "script", "inputs"});
+  return attributes_of(folder / "trace.h5", {"scene", "overrides", "scene_file", "script", "inputs",
+                                             "no_skip", "every"});
+}
+
+std::string changed_input(const std::map<std::string, std::string>& inputs) {
+  const fs::path scene = entry(inputs, "scene_file");
+  const auto differs = [](const fs::path& file, const std::string& hash) {
+    try {
+      return io::sha256_of_file(file) != hash;
+    } catch (const InputError&) { return true; }
+  };
+  if (differs(scene, io::sha256(entry(inputs, "scene")))) { return scene.string(); }
+  for (const std::string& line : lines_of(entry(inputs, "inputs"))) {
+    const std::size_t space = line.rfind(' ');
+    const std::string name = line.substr(0, space);
+    const fs::path file =
+        name == "--script" ? fs::path(entry(inputs, "script")) : scene.parent_path() / name;
+    if (space == line.npos || differs(file, line.substr(space + 1))) { return file.string(); }
+  }
+  return {};
 }
 
 Results read_run_folder(const std::filesystem::path& folder) {
@@ -562,7 +584,7 @@ Results read_run_folder(const std::filesystem::path& folder) {
 }
 
 std::vector<std::string> files_of_results() {
-  return {"results.json", "results.xml", "report.html"};
+  return {"results.json", "results.xml", "report.html", "traces/"};
 }
 
 void write_results_folder(const std::filesystem::path& folder, const Results& results) {

@@ -58,9 +58,14 @@ bool is_run_folder(const std::filesystem::path& folder);
 Results read_run_folder(const std::filesystem::path& folder);
 
 /// Returns what trace.h5 tells of the input of a run, as far as it is there: "scene" (text),
-/// "overrides" (one a line), "scene_file" and "script" (paths), and "inputs": the other input
-/// files, "NAME SHA-256" in each line. Throws InputError.
+/// "overrides" (one a line), "scene_file" and "script" (paths), "no_skip" ("yes"), "every" (s
+/// between rows), and "inputs": the other input files, "NAME SHA-256" in each line, with the name
+/// --script for the script. Throws InputError.
 std::map<std::string, std::string> inputs_of_run(const std::filesystem::path& folder);
+
+/// Returns the first of these files that is gone or differs from that of the run; empty if none
+/// does.
+std::string changed_input(const std::map<std::string, std::string>& inputs);
 
 // Baseline on disk (docs/gate.md). Numbers, spreads and the ledger are readable JSON. The samples
 // of curves are in an HDF5 file beside it whose name contains its own hash: NAME.HASH.h5.

@@ -20,10 +20,15 @@ namespace palpate::timing {
 
 LoadedLibrary::LoadedLibrary(const std::filesystem::path& file)
     : name_(file.string()),
-      handle_(dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL), &dlclose) {
+      handle_(std::filesystem::is_regular_file(file)
+                  ? dlopen(std::filesystem::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL)
+                  : nullptr,
+              &dlclose) {
   constexpr int known_version = 1;
   if (!handle_) {
-    throw InputError(name_ + ": cannot be loaded: " + dlerror() + "; a step library");
+    const char* reason = dlerror();
+    throw InputError(name_ + ": cannot be loaded: " +
+                     (reason != nullptr ? reason : "is not a regular file") + "; a step library");
   }
   const auto find = [this](auto*& function, const std::string& name) {
     const std::string symbol = "palpate_steps_" + name;

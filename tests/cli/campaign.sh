@@ -140,9 +140,13 @@ sed 's/range = \[1.0, 2.0\]/range = [2.0, 1.0]/' campaign.toml >wrong.toml
 refused 2 "wrong.toml:8: parameter\[0\].range must be \[lowest, highest\]" plan wrong.toml --out wrong
 {
   printf 'title = "Too many"\nscenes = ["oscillator.toml"]\n'  # 65536^4 rows are none in 64 bits
-  for _ in 1 2 3 4; do printf '[[parameter]]\nkey = "tissue.oscillator.stiffness"\nrange = [1.0, 2.0]\ncount = 65536\n'; done
+  for key in mass stiffness viscosity displacement; do
+    printf '[[parameter]]\nkey = "tissue.oscillator.%s"\nrange = [1.0, 2.0]\ncount = 65536\n' $key
+  done
 } >wrong.toml
 refused 2 "wrong.toml: has more than 1000000 jobs" plan wrong.toml --out wrong
+sed -i 's/oscillator.mass/oscillator.stiffness/' wrong.toml
+refused 2 'parameter\[1\].key = "tissue.oscillator.stiffness" is also that of another parameter' plan wrong.toml --out wrong
 refused 2 "JOB: more than 32 brackets within each other" job "$(printf '[%.0s' $(seq 100))"
 sed 's/oscillator.stiffness/oscillator.stifness/' campaign.toml >wrong.toml
 refused 2 "wrong.toml: job 1: .*stifness" plan wrong.toml --out wrong

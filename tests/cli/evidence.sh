@@ -125,6 +125,16 @@ sed 's/"use error"/"use eror"/' context.toml >wrong.toml
 refused 2 'factor.name = "use eror"; one of ' evidence judged speeds.jsonl compared --context wrong.toml --out no.zip
 [ ! -e no.zip ] || fail "refused evidence was written"
 
+# Files that are no archives stay, and a pipe is no file.
+printf 'PK\003\004 a document' >my.docx
+refused 2 "my.docx: exists and is not an archive" evidence judged speeds.jsonl compared --context context.toml --out my.docx
+mkfifo pipe
+refused 2 "pipe: is not a regular file" evidence judged speeds.jsonl compared --context context.toml --out pipe
+refused 2 "pipe: is not a regular file" campaign merge plan --out pipe
+cp plan/campaign.json kept.json
+refused 2 "campaign.json: exists and is not a merged campaign" campaign merge plan --out plan/campaign.json
+cmp plan/campaign.json kept.json || fail "the plan was replaced"
+
 # A group is shown by all its cases only, and a result that was edited is none.
 sed 's/oscillator\/order/oscillator/' context.toml >part.toml
 refused 1 "2 of 3 requirements shown" evidence judged speeds.jsonl compared --context part.toml --out part.zip
@@ -186,6 +196,51 @@ while data[at:at + 4] == b"PK\1\2":
 open("forged.zip", "wb").write(data)
 END
 refused 2 "claims.json does not follow from the results in it" verify forged.zip
+
+# Content that contradicts itself, with hashes computed again.
+"$palpate" run epidural.toml --set tissue.layers.nodes=[3,3] --set tissue.layers.spacing=0.02 --set simulation.step=4e-3 \
+  --set simulation.duration=0.2 --out shallow --quiet --no-view >said
+"$palpate" evidence judged speeds.jsonl compared shallow --context context.toml --out four.zip --quiet >said
+"$palpate" verify four.zip >said || fail "$(cat said)"
+cat >forge.py <<'END'
+import base64, hashlib, json, struct, sys, zipfile
+source, edit = zipfile.ZipFile("four.zip"), sys.argv[1]
+files = {n: source.read(n) for n in source.namelist()}
+exec(edit)
+envelope = json.loads(files.pop("statement.intoto.json"))
+statement = json.loads(base64.b64decode(envelope["payload"]))
+statement["subject"] = [{"name": n, "digest": {"sha256": hashlib.sha256(b).hexdigest()}} for n, b in sorted(files.items())]
+envelope["payload"] = base64.b64encode(json.dumps(statement, separators=(",", ":")).encode()).decode()
+files["statement.intoto.json"] = (json.dumps(envelope, indent=1) + "\n").encode()
+with zipfile.ZipFile("forged.zip", "w", zipfile.ZIP_STORED) as forged:
+    for name, content in sorted(files.items()):
+        forged.writestr(zipfile.ZipInfo(name), content)
+data = bytearray(open("forged.zip", "rb").read())
+at = 0
+while data[at:at + 4] == b"PK\3\4":
+    size, length = struct.unpack_from("<I", data, at + 18)[0], struct.unpack_from("<H", data, at + 26)[0]
+    data[at + 4:at + 14] = b"\x0a\0\0\x08\0\0\0\0\x21\0"
+    at += 30 + length + size
+while data[at:at + 4] == b"PK\1\2":
+    length = struct.unpack_from("<H", data, at + 28)[0]
+    data[at + 4:at + 16] = b"\x0a\0\x0a\0\0\x08\0\0\0\0\x21\0"
+    data[at + 36:at + 42] = bytes(6)
+    at += 46 + length
+open("forged.zip", "wb").write(data)
+END
+forged() {  # expected message, statement of Python on `files`
+  python3 forge.py "$2"
+  refused 2 "$1" verify forged.zip
+}
+python3 forge.py "pass"
+"$palpate" verify forged.zip >said || fail "an archive that was only packed again: $(cat said)"
+forged "has no cases.json" 'files.pop("cases.json")'
+forged "cases.json does not have the cases" 'files["cases.json"] = b"[]\n"'
+forged "has the file zz.txt" 'files["zz.txt"] = b"x"'
+forged "has no trace.h5" 'files.pop("results/4/trace.h5")'
+forged "another domain" 'files["results/4/run.json"] = files["results/4/run.json"].replace(b"0.0,", b"0.0, 5.0,", 1) if b"0.0, 5" in files["results/4/run.json"] else json.dumps({**json.loads(files["results/4/run.json"]), "domain": {"depth_m": [0.0, 5.0]}}).encode()'
+forged "another hash of" 'files["provenance.json"] = files["provenance.json"].replace(b"\"sha256\": \"", b"\"sha256\": \"00", 1)'
+forged "qualification.json does not have the faults" 'q = json.loads(files["qualification.json"]); q["faults"] = q["faults"][:1]; files["qualification.json"] = json.dumps(q).encode()'
 
 # An input that changed is named.
 echo >>context.toml

@@ -109,3 +109,35 @@ sed -i 's/"final_j": /"final_j": 1/' "$out/stale/summary.json"
 expect 2 "$palpate" gate "$out/stale" --baseline "$baseline" --out "$out/gate"
 grep -q "summary.json: was changed since it was written" "$out/said"
 expect 2 "$palpate" index "$out"
+
+# Inputs of a run: a script that changed, rows further apart, and a script that is new.
+cat >"$out/faults.toml" <<'END'
+[[fault]]
+kind = "drop"
+probability = 0.001
+END
+falcon() { "$palpate" run "$scenes/falcon-soft.toml" --quiet --no-view --set simulation.duration=0.3 --out "$@"; }
+falcon "$out/plain"
+falcon "$out/faulty" --script "$out/faults.toml"
+expect 0 "$palpate" approve "$out/faulty" --baseline "$out/faulty.json" --reason "with faults" --no-variants
+expect 1 "$palpate" gate "$out/plain" --baseline "$out/faulty.json" --out "$out/gate"
+grep -q "input: --script" "$out/said"
+sed -i s/0.001/0.01/ "$out/faults.toml"
+expect 2 "$palpate" approve "$out/faulty" --baseline "$out/faulty.json" --reason "again"
+grep -q "its input .*faults.toml is gone or changed" "$out/said"
+epidural() { "$palpate" run "$scenes/epidural.toml" --quiet --no-view --set simulation.duration=2.0 --out "$@"; }
+epidural "$out/rows" --every 0.05
+epidural "$out/more-rows" --every 0.01
+expect 0 "$palpate" approve "$out/rows" --baseline "$out/rows.json" --reason "rows"
+python3 - "$out/rows.json" <<'END'
+import json, sys
+quantities = json.load(open(sys.argv[1]))["cases"][0]["quantities"]
+events = [q for q in quantities if q["name"].startswith("event: ")]
+assert events and all(abs(q["uncertainty"] - 0.002) < 1e-9 for q in events), events
+END
+falcon "$out/whole" --no-skip --every 0.05
+expect 0 "$palpate" approve "$out/whole" --baseline "$out/whole.json" --reason "nothing skipped"
+expect 2 "$palpate" approve "$out/rows" --baseline "$out/rows.json" --reason "r" --spread "$out/more-rows"
+grep -q "samples in a variant instead of" "$out/said"
+expect 2 "$palpate" run "$scenes/oscillator.toml" --set $'title="""a\nb"""' --out "$out/lines"
+grep -q "has a line break" "$out/said"

@@ -19,6 +19,8 @@ CertificateReport sample(long scene_misses) {
                            .title = "A scene <with> signs",
                            .not_counted = "valgrind is not installed",
                            .command = "palpate certify scene.toml"};
+  report.resolved_scene = "[simulation]\nstep = 0.001\n";
+  report.scene_hash = io::sha256(report.resolved_scene + "\n" + report.code_hash);
   Certificate& all = report.result;
   all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0, .max_miss_rate = 2e-3};
   all.budget.happenings = {{.tick = 700, .happening = {.time = 0.7, .event = ToolEvent::puncture}},
@@ -151,6 +153,7 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
     Json json = Json::parse(text);
     change(json);
     json["histogram_sha256"] = io::sha256(histogram);
+    check::row = message;
     CHECK_THROWS_AS(InputError, verified_certificate(sealed_text(json, 2), histogram, "c.json"),
                     message);
   };
@@ -169,10 +172,36 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   refused([](Json& json) { json["verdict"] = "sound"; }, "it says \"sound\"");
   refused([](Json& json) { json["ticks_needed"] = 3; }, "ticks_needed");
   refused([](Json& json) { json["events_absent"].push_back("puncture"); }, "\"not certified\"");
-  refused([](Json& json) { json["compute_budget"]["worst_us"] = 2000.0; }, "\"not certified\"");
+  refused([](Json& json) { json["compute_budget"]["worst_us"] = 2000.0; }, "worst_us");
+  refused(
+      [](Json& json) {
+        json["compute_budget"]["worst_us"] = 2000.0;
+        json["compute_budget"]["provocations"][0]["processor_us"] = 2000.0;
+      },
+      "\"not certified\"");
   refused([](Json& json) { json["deadline_us"] = 10.0; }, "its slowest tick took");
   refused([](Json& json) { json["environment"]["memory"] = "refused"; }, "not qualified");
   refused([](Json&) {}, "other ticks in column", to_csv(sample(0)) + "9,1,0,0,0\n");
+  const std::string moved =
+      "bin_start_us,wakeup,compute,response,control\n5,2000,0,0,0\n"
+      "6,0,0,0,2000\n294,0,2000,0,0\n99999,0,0,2000,0\n";
+  refused([](Json&) {}, "column response: the slowest", moved);
+  refused([](Json& json) { json["schema"] = 2; }, "schema");
+  refused([](Json& json) { json["rate_hz"] = 500.0; }, "contradicts itself");
+  refused([](Json& json) { json["duration_s"] = 3.0; }, "rate_hz and duration_s");
+  refused([](Json& json) { json["resolved_scene"] = "[simulation]\nstep = 0.001\nthreads = 2\n"; },
+          "scene_hash");
+  refused([](Json& json) { json["code_hash"] = "ee"; }, "scene_hash");
+  refused([](Json& json) { json["compute_budget"]["provocations"][0]["processor_us"] = 999.0; },
+          "worst_us");
+  refused([](Json& json) { json["reason"] = "No tick of 1000000000 missed 1000 us."; }, "reason");
+  refused(
+      [&](Json& json) {
+        Json times = json["compute_us"];
+        times["p50"] = 5000.0;
+        of_scene(json, "compute_us", times);
+      },
+      "compute_us.p50");
   refused([](Json&) {}, "no count", to_csv(sample(0)) + "9,1,x,0,0\n");
   const CertificateReport missed = sample(2);
   CHECK(verified_certificate(to_json(missed), to_csv(missed), "c.json").verdict == "not certified");

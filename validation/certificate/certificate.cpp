@@ -172,16 +172,6 @@ std::string why_not_certified(const Certificate& all) {
   return {};
 }
 
-std::string certified_text(const Certificate& all) {
-  const LoadResult& worst = *all.worst();
-  return "No tick of " + std::to_string(worst.scene.record.ticks()) + " missed " +
-         microseconds(all.claim.deadline) + " at " + with_unit(all.claim.rate, "Hz") +
-         (all.loads.size() > 1 ? " under any load" : " under load \"" + worst.load + "\"") +
-         ": with 95 % confidence fewer than one in " +
-         plain_number(std::floor(1.0 / worst.miss_probability_upper()), 9) + " does" +
-         steps_in(all.claim) + ".";
-}
-
 Reason reason_of(const Certificate& all) {
   if (all.budget.diverged_at) {
     return {Status::fail,
@@ -193,10 +183,22 @@ Reason reason_of(const Certificate& all) {
   if (std::string why = why_not_certified(all); !why.empty()) {
     return {Status::fail, std::move(why)};
   }
-  return {Status::pass, certified_text(all)};
+  const LoadResult& worst = *all.worst();
+  return {Status::pass,
+          certified_text(all.claim, worst.scene.record.ticks(), worst.miss_probability_upper(),
+                         all.loads.size(), worst.load)};
 }
 
 }  // namespace
+
+std::string certified_text(const Claim& claim, long ticks, double upper, std::size_t loads,
+                           const std::string& load) {
+  return "No tick of " + std::to_string(ticks) + " missed " + microseconds(claim.deadline) +
+         " at " + with_unit(claim.rate, "Hz") +
+         (loads > 1 ? " under any load" : " under load \"" + load + "\"") +
+         ": with 95 % confidence fewer than one in " + plain_number(std::floor(1.0 / upper), 9) +
+         " does" + steps_in(claim) + ".";
+}
 
 std::string_view verdict_word(Status status) {
   if (status == Status::pass) { return "certified"; }

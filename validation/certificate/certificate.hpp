@@ -147,6 +147,11 @@ std::string_view verdict_word(Status status);
 /// every event that it declares.
 Outcome outcome_of(const Certificate& certificate);
 
+/// Returns the reason of a pass: this number of ticks under the worst load, of `loads` loads,
+/// missed nothing; `upper` is the upper limit of the miss probability.
+std::string certified_text(const Claim& claim, long ticks, double upper, std::size_t loads,
+                           const std::string& load);
+
 /// Returns possible causes of missed deadlines from the system counters; empty without any.
 std::string suspects(const Phase& phase);
 

@@ -83,6 +83,11 @@ void widen_by_figures(AcceptedCase& accepted, const Outcome& variant) {
       refuse(accepted.outcome, "figure " + figure.id + " differs in a variant");
     }
     for (std::size_t n = 0; n < figure.series.size(); ++n) {
+      if (found->series[n].y.size() != figure.series[n].y.size()) {
+        refuse(accepted.outcome,
+               curve_name(figure, n) + " has " + std::to_string(found->series[n].y.size()) +
+                   " samples in a variant instead of " + std::to_string(figure.series[n].y.size()));
+      }
       double& spread = accepted.spread.curves[curve_name(figure, n)];
       widen(spread, 0.0, curve_difference(figure, *found, n));
     }

@@ -659,9 +659,13 @@ CommandWords words_of(const std::string& line) {
     if (value.empty() || *std::next(at) == value) { words.options.erase(at, at + count); }
   };
   remove("--no-skip", 1);
+  remove("--in-process", 1);
+  remove("--subject-time-limit", 2);
+  remove("--subject-options", 2, "{}");
   remove("--seed", 2);  // of scenes that are drawn anew at every run
   remove("--subject", 2, "model");
   std::ranges::sort(words.cases);
+  words.cases.erase(std::ranges::unique(words.cases).begin(), words.cases.end());
   return words;
 }
 
