@@ -663,11 +663,11 @@ void check_certificate(const Json& json, const std::string& histogram) {
                                                std::string(verdict_word(status)) + "\"");
   if (status != Status::pass) { return; }
   const Json& scene = worst->at("scene");
-  require(json.at("reason") ==
-              certified_text(claim, ticks_of(scene),
-                             number_from_json(scene.at("miss_probability_upper_95")), loads.size(),
-                             json.at("load")),
-          "reason is not that of its numbers");
+  require(
+      json.at("reason") == certified_text(claim, ticks_of(scene),
+                                          number_from_json(scene.at("miss_probability_upper_95")),
+                                          loads.size(), json.at("load")),
+      "reason is not that of its numbers");
 }
 
 }  // namespace

@@ -64,3 +64,10 @@ kept import "$out/own/other.csv" --out "$out/own"
 rm "$out/own/other.csv"
 for file in "$out"/own/*.kept; do cmp "$file" "${file%.kept}" || fail "${file%.kept} was replaced"; done
 "$palpate" import "$out/own/recording.csv" --out "$out/elsewhere" -q >"$out/said"
+cp "$out/own/recording.csv" "$out/own/second.csv"
+"$palpate" import "$out/own/recording.csv" "$out/own/second.csv" --out "$out/both" -q >"$out/said"
+"$palpate" import "$out/own/recording.csv" "$out/own/second.csv" --out "$out/both" -q >"$out/said"
+echo "of somebody else" >"$out/both/second.h5"
+status=0
+"$palpate" import "$out/own/recording.csv" "$out/own/second.csv" --out "$out/both" -q 2>"$out/error" || status=$?
+[ "$status" -eq 2 ] && grep -q 'second.h5: exists and was not written by palpate' "$out/error" || fail "import: $(cat "$out/error")"

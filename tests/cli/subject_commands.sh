@@ -75,6 +75,16 @@ status=0
 "$palpate" certify "$scenes/s26.toml" --subject trace:a.csv --out "$out/trace" 2> "$out/said" || status=$?
 [ "$status" -eq 2 ] && grep -q "a trace has no timing" "$out/said" || fail "a trace was certified: exit $status"
 
+# A simulator is not the model in the program, whatever its name is.
+if [ -f "$library" ]; then
+  "$palpate" run "$scenes/s26.toml" --subject "$library" --out "$out/behind" --quiet --no-view --set simulation.duration=0.02
+  "$palpate" approve "$out/behind" --baseline "$out/behind.json" --reason first --quiet
+  status=0
+  "$palpate" gate "$out/behind" --baseline "$out/behind.json" --subject model --out "$out/gate" 2>"$out/said" || status=$?
+  [ "$status" -eq 2 ] && grep -q "behind the interface of subjects; --subject is the model" "$out/said" ||
+    fail "a subject passes as the model: $status, $(cat "$out/said")"
+fi
+
 # dlopen() would wait for ever at a FIFO.
 mkfifo "$out/fifo.so"
 status=0
