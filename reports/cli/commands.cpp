@@ -170,6 +170,8 @@ void catch_interrupts() {
   io::end_reads_on(&interrupted);
   std::signal(SIGINT, note_signal);
   std::signal(SIGTERM, note_signal);
+  // A terminal that is closed; nohup ignores that, and so does its child.
+  if (std::signal(SIGHUP, note_signal) == SIG_IGN) { std::signal(SIGHUP, SIG_IGN); }
 }
 
 void keep_results_of_interrupted() {

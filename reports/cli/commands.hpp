@@ -72,10 +72,10 @@ void make_folder_of(const std::filesystem::path& file);
 void refuse_to_replace(const std::filesystem::path& file,
                        const std::function<bool(std::string_view)>& is_own, std::string_view kind);
 
-/// Set by SIGINT and SIGTERM after catch_interrupts().
+/// Set by SIGINT, SIGTERM and SIGHUP after catch_interrupts().
 extern std::atomic<bool> interrupted;
 
-/// From here on SIGINT and SIGTERM end the program with exit code 130 as soon as no file is being
+/// From here on SIGINT, SIGTERM and SIGHUP end the program with exit code 130 as soon as no file is being
 /// written (io::WholeWrite). A second signal ends it at once.
 void catch_interrupts();
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Sends SIGINT and SIGTERM to every command at random moments, then repeats the command in the same folder.
+"""Sends SIGINT, SIGTERM and SIGHUP to every command at random moments, then repeats the command in the same folder.
 
 Usage: signals.py PALPATE SOURCE SCRATCH; PALPATE_SIGNAL_TRIALS [30] and PALPATE_SIGNAL_SEED in the environment. A trial holds if the command ends with 130, or whole with its own exit
 code if it had finished, if every file is whole or absent, and if the repeated command gives what an undisturbed one gives."""
@@ -28,6 +28,12 @@ def catches(process, number):
         return True
     caught = int(status.partition("SigCgt:")[2].split()[0], 16)
     return bool(caught >> (number - 1) & 1)
+
+
+# Under nohup SIGHUP is ignored, by children too.
+ENDING = [signal.SIGINT, signal.SIGTERM]
+if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+    ENDING.append(signal.SIGHUP)
 
 
 class Trials:
@@ -91,7 +97,7 @@ class Trials:
     def trial(self, command):
         seconds, files, contents = self.whole(command)
         out = self.fresh(command, "trial")
-        number = self.random.choice((signal.SIGINT, signal.SIGTERM))
+        number = self.random.choice(ENDING)
         delay = self.random.uniform(0.0, 1.02 * seconds)
         problems = []
         process = self.start(command, out)
