@@ -475,10 +475,10 @@ std::map<std::string, std::map<long, long>> ticks_in(const std::string& histogra
   };
   const std::vector<std::string> names = words_of(line);
   std::map<std::string, std::map<long, long>> ticks;
+  long bin = -1;
   while (std::getline(lines, line)) {
     const std::vector<std::string> words = words_of(line);
     if (words.size() != names.size()) { throw std::runtime_error("a row of other length"); }
-    long bin = -1;
     for (std::size_t n = 0; n < words.size(); ++n) {
       long count = 0;
       const char* end = words[n].data() + words[n].size();
@@ -486,6 +486,7 @@ std::map<std::string, std::map<long, long>> ticks_in(const std::string& histogra
       if (problem != std::errc() || last != end || count < 0) {
         throw std::runtime_error("no count: " + words[n]);
       }
+      if (n == 0 && count <= bin) { throw std::runtime_error("bins that do not increase"); }
       if (n == 0) { bin = count; }
       if (n > 0 && count > 0) { ticks[names[n]][bin] += count; }
     }
@@ -505,6 +506,10 @@ void check_phase(const Json& phase, double deadline_us, const std::string& which
   require(0 <= steps && steps <= ticks && 0 <= misses && misses <= ticks,
           which + " has " + std::to_string(misses) + " misses and " + std::to_string(steps) +
               " steps in " + std::to_string(ticks) + " ticks");
+  const auto run = whole_from_json<long>(phase.at("longest_miss_run"));
+  require(run <= misses && (run > 0) == (misses > 0), which + " has runs of " +
+                                                          std::to_string(run) + " misses, and " +
+                                                          std::to_string(misses) + " in all");
   const double limit = miss_probability_upper(misses, steps);
   const double given = number_from_json(phase.at("miss_probability_upper_95"));
   constexpr double rounding = 1e-9;
@@ -609,7 +614,13 @@ void check_certificate(const Json& json, const std::string& histogram) {
   double seconds = 0.0;
   std::from_chars(step.data(), step.data() + step.size(), seconds);
   claim.ticks_per_step = std::lround(claim.rate * seconds);
-  require(json.at("schema") == 1, "its schema");
+  require(json.at("schema") == 1 && json.at("confidence") == 0.95 &&
+              json.at("events_absent").is_array(),
+          "its schema, confidence or list of absent events");
+  require(!json.at("tail").at("refused").is_null() ||
+              std::ranges::all_of(json.at("tail").at("checks"),
+                                  [](const Json& check) { return check.at("holds").get<bool>(); }),
+          "its tail was not refused, and a check does not hold");
   require(claim.max_miss_rate > 0.0 && claim.max_miss_rate < 1.0 && claim.ticks_per_step >= 1,
           "max_miss_rate, rate_hz and the step of the scene");
   require(needed == claim.ticks_needed(),

@@ -75,8 +75,8 @@ void refuse_to_replace(const std::filesystem::path& file,
 /// Set by SIGINT, SIGTERM and SIGHUP after catch_interrupts().
 extern std::atomic<bool> interrupted;
 
-/// From here on SIGINT, SIGTERM and SIGHUP end the program with exit code 130 as soon as no file is being
-/// written (io::WholeWrite). A second signal ends it at once.
+/// From here on SIGINT, SIGTERM and SIGHUP end the program with exit code 130 as soon as no file is
+/// being written (io::WholeWrite). A second signal ends it at once.
 void catch_interrupts();
 
 /// Called by a command that checks `interrupted` and then writes its results so far: it gets most

@@ -164,7 +164,9 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   CHECK(verified_certificate(sealed_text(Json::parse(text), 2), to_csv(sample(0)), "c.json")
             .verdict == "certified");
   refused([&](Json& json) { of_scene(json, "misses", 5000); }, "5000 misses");
-  refused([&](Json& json) { of_scene(json, "misses", 1); }, "miss probability");
+  refused([&](Json& json) { of_scene(json, "misses", 1); }, "runs of 0 misses");
+  refused([&](Json& json) { of_scene(json, "miss_probability_upper_95", 1e-9); },
+          "miss probability");
   refused([&](Json& json) { of_scene(json, "steps", -1); }, "-1 steps");
   refused([](Json& json) { json["ticks"] = 9; }, "ticks is not that of the worst load");
   refused([](Json& json) { json["loads"][0]["control"]["ticks"] = 3; }, "empty loop");
@@ -181,12 +183,22 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
       "\"not certified\"");
   refused([](Json& json) { json["deadline_us"] = 10.0; }, "its slowest tick took");
   refused([](Json& json) { json["environment"]["memory"] = "refused"; }, "not qualified");
-  refused([](Json&) {}, "other ticks in column", to_csv(sample(0)) + "9,1,0,0,0\n");
+  refused([](Json&) {}, "other ticks in column", to_csv(sample(0)) + "999,1,0,0,0\n");
   const std::string moved =
       "bin_start_us,wakeup,compute,response,control\n5,2000,0,0,0\n"
       "6,0,0,0,2000\n294,0,2000,0,0\n99999,0,0,2000,0\n";
   refused([](Json&) {}, "column response: the slowest", moved);
   refused([](Json& json) { json["schema"] = 2; }, "schema");
+  refused([](Json& json) { json["confidence"] = 0.9999; }, "confidence");
+  refused([](Json& json) { json["events_absent"] = nullptr; }, "absent events");
+  refused([&](Json& json) { of_scene(json, "longest_miss_run", 7); }, "runs of 7 misses");
+  refused(
+      [](Json& json) {
+        json["tail"]["refused"] = nullptr;
+        json["tail"]["checks"] = {{{"holds", false}}};
+      },
+      "its tail");
+  refused([](Json&) {}, "do not increase", to_csv(sample(0)) + "5,1,0,0,0\n");
   refused([](Json& json) { json["rate_hz"] = 500.0; }, "contradicts itself");
   refused([](Json& json) { json["duration_s"] = 3.0; }, "rate_hz and duration_s");
   refused([](Json& json) { json["resolved_scene"] = "[simulation]\nstep = 0.001\nthreads = 2\n"; },
@@ -202,7 +214,7 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
         of_scene(json, "compute_us", times);
       },
       "compute_us.p50");
-  refused([](Json&) {}, "no count", to_csv(sample(0)) + "9,1,x,0,0\n");
+  refused([](Json&) {}, "no count", to_csv(sample(0)) + "999,1,x,0,0\n");
   const CertificateReport missed = sample(2);
   CHECK(verified_certificate(to_json(missed), to_csv(missed), "c.json").verdict == "not certified");
 }
