@@ -704,11 +704,8 @@ void check_archive(const Files& files, const std::string& name) {
       return Json{each.at("fault"), each.at("case")};
     });
     require(found == planted, "qualification.json does not have the faults of its program");
-  } catch (const nlohmann::json::exception& problem) {
-    throw InputError(name + ": " + problem.what() + "; an archive as palpate evidence wrote it");
-  } catch (const std::runtime_error& problem) {
-    if (dynamic_cast<const InputError*>(&problem) != nullptr) { throw; }
-    throw InputError(name + ": " + problem.what() + "; an archive as palpate evidence wrote it");
+  } catch (const InputError&) { throw; } catch (const std::exception& problem) {
+    throw json_trouble(name, {}, problem, "an archive as palpate evidence wrote it");
   }
 }
 
