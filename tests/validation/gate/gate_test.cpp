@@ -286,6 +286,9 @@ TEST("command lines agree in any order of cases, and without options that change
   const std::string accepted = "palpate validate a b/c --quick --order 3";
   for (const char* same :
        {"palpate validate a b/c --quick --order 3", "palpate validate b/c a --quick --order 3",
+        "palpate validate a b/c a --quick --order 3",
+        "palpate validate a b/c --quick --order 3 --subject-options {} --in-process "
+        "--subject-time-limit 9",
         "palpate validate a b/c --quick --no-skip --order 3 --seed 5",
         "palpate validate a b/c --quick --order 3 --subject model"}) {
     CHECK(command_problem(accepted, same, false).empty());
