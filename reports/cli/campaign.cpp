@@ -671,20 +671,15 @@ void run_jobs(const CampaignRunOptions& options, const Plan& plan, ShardProgress
   }
 }
 
-/// Throws InputError if a file of a scene is not that of the plan: kept results would be of others.
-void refuse_changed_inputs(const Plan& plan) {
-  const Json header = parse_json(plan.header);
-  for (const Json& input : header.value("inputs", Json::array())) {
-    const fs::path file = input.at("path").get<std::string>();
-    if (io::sha256_of_file(file) == input.at("sha256").get<std::string>()) { continue; }
-    io::refuse_file(file, "was changed since the plan; plan again");
-  }
-}
-
 int run_campaign(const CampaignRunOptions& options) {
   keep_results_of_interrupted();
   const Plan plan = read_plan(options.folder);
-  refuse_changed_inputs(plan);
+  // Kept results would be those of other scenes.
+  if (const std::string file =
+          changed_file(files_of_campaign(plan.header, (options.folder / "campaign.json").string()));
+      !file.empty()) {
+    io::refuse_file(file, "was changed since the plan; plan again");
+  }
   const Shard shard = chosen_shard(options.shard).value_or(Shard{});
   if (options.exclusive && options.jobs > 1) {
     throw InputError("--exclusive with --jobs " + std::to_string(options.jobs) +
@@ -790,7 +785,9 @@ int run_merge_jobs(const MergeOptions& options) {
                      (shards == 1 ? " shard" : " shards") + " makes them");
   }
   Json header = parse_json(plan.header);
-  header["results_sha256"] = hash.text();
+  const Json inputs = header.value("inputs", Json::array());  // last, because it may be long
+  header.erase("inputs");
+  add_keys(header, "results_sha256", hash.text(), "inputs", inputs);
   std::size_t next = 0;
   bool begun = false;
   refuse_input(options.out);
@@ -1075,6 +1072,21 @@ const char* environment_value(const char* name) {
 }
 
 }  // namespace
+
+std::vector<std::pair<fs::path, std::string>> files_of_campaign(const std::string& header,
+                                                                const std::string& name) {
+  std::vector<std::pair<fs::path, std::string>> files;
+  try {
+    const Json json = parse_json(header);
+    for (const Json& input : json.at("inputs")) {
+      files.emplace_back(input.at("path").get<std::string>(),
+                         input.at("sha256").get<std::string>());
+    }
+  } catch (const nlohmann::json::exception& problem) {
+    throw json_trouble(name, header, problem, "as palpate campaign plan wrote it");
+  }
+  return files;
+}
 
 Results campaign_findings(const std::string& text, const std::string& name, Domain& domain) {
   std::istringstream in(text);

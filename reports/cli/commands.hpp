@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "device/byte_link.hpp"
@@ -277,6 +278,11 @@ void add_verify(Program& program);
 /// ok. `name` is used in messages. Throws InputError.
 Results campaign_findings(const std::string& text, const std::string& name,
                           campaign::Domain& domain);
+
+/// Returns the scenes and their files in `header`, the first line of a campaign, each with its
+/// SHA-256. Throws InputError with `name`, the campaign's file.
+std::vector<std::pair<std::filesystem::path, std::string>> files_of_campaign(
+    const std::string& header, const std::string& name);
 
 void add_falcon(Program& program);
 void add_live(Program& program);

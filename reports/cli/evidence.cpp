@@ -612,7 +612,7 @@ Json names_of_cases() {
   return list_of(all_cases(), [](const Case& each) { return each.name; });
 }
 
-/// What an archive says of the scene of a run.
+/// Content of run.json: the resolved scene of a run, and the domain that the run tested.
 Json run_json(const io::SceneFile& scene, const Json& summary) {
   Trace reached;
   if (summary.contains("deepest_m")) {
@@ -681,6 +681,7 @@ void check_archive(const Files& files, const std::string& name) {
     require(qualified.at("code_hash") == code,
             "qualification.json is of other code than provenance.json");
     for (const Json& input : provenance.at("inputs")) {
+      if (input.at("file").is_null()) { continue; }
       const auto file = files.find(input.at("file").get<std::string>());
       require(file != files.end() && io::sha256(file->second) == input.at("sha256"),
               "provenance.json has another hash of " + input.at("file").dump());
@@ -818,7 +819,7 @@ std::string cyclonedx(const std::vector<Package>& list,
 
 /// Input of an archive, to find out later whether it changed.
 struct Input {
-  std::string file{};  ///< name in the archive
+  std::string file{};  ///< name in the archive; empty: not in it
   fs::path path{};
   std::string sha256{};
 };
@@ -829,13 +830,28 @@ void add_file(Files& files, const std::string& name, const fs::path& path,
   inputs.push_back({name, fs::absolute(path).lexically_normal(), io::sha256(files[name])});
 }
 
+/// Adds files that results were made from and that the archive does not have. Throws InputError if
+/// one is not as it was.
+void add_sources(const std::vector<std::pair<fs::path, std::string>>& sources,
+                 const fs::path& results, std::vector<Input>& inputs) {
+  if (const std::string file = changed_file(sources); !file.empty()) {
+    throw InputError(file + ": gone or changed since " + results.string() +
+                     " was made; make it again");
+  }
+  for (const auto& [file, hash] : sources) {
+    inputs.push_back({{}, fs::absolute(file).lexically_normal(), hash});
+  }
+}
+
 /// Adds a folder with results.json, a run folder, or a merged campaign.
 void add_results(Files& files, const std::string& folder, const fs::path& path,
                  std::vector<Input>& inputs) {
   if (fs::is_regular_file(path)) {
     add_file(files, folder + "/campaign.jsonl", path, inputs);
     Domain domain;  // refuses a file that was edited by its own name
-    (void)campaign_findings(files.at(folder + "/campaign.jsonl"), path.string(), domain);
+    const std::string& text = files.at(folder + "/campaign.jsonl");
+    (void)campaign_findings(text, path.string(), domain);
+    add_sources(files_of_campaign(text.substr(0, text.find('\n')), path.string()), path, inputs);
     return;
   }
   if (fs::exists(path / "comparison.json") && !fs::exists(path / "results.json")) {
@@ -864,10 +880,7 @@ void add_results(Files& files, const std::string& folder, const fs::path& path,
   std::istringstream lines(entry(given, "overrides"));
   for (std::string line; std::getline(lines, line);) { overrides.push_back(line); }
   const io::SceneFile scene = io::read_scene(scene_file, overrides);
-  if (const std::string changed = changed_input(given); !changed.empty()) {
-    throw InputError(changed + ": gone or changed since the run in " + path.string() +
-                     "; run the scene again");
-  }
+  add_sources(files_of_run(given), path, inputs);
   const Json summary = parse_json(io::read_text(path / "summary.json", most_file_bytes));
   if (summary.at("status") != "ok") {
     throw InputError(path.string() + ": the run is " + summary.at("status").dump() +
@@ -910,7 +923,8 @@ int run_evidence(const EvidenceOptions& options) {
   Json provenance = object("program", version_text(), "code_hash", build::code_hash(), "command",
                            options.command, "build", build);
   provenance["inputs"] = list_of(inputs, [](const Input& input) {
-    return object("file", input.file, "path", input.path.string(), "sha256", input.sha256);
+    return object("file", text_or_null(input.file), "path", input.path.string(), "sha256",
+                  input.sha256);
   });
   files["provenance.json"] = json_text(provenance);
   const Files derived = derived_files(files, options.context.string());

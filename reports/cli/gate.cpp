@@ -159,7 +159,7 @@ void check_repeatable(const ApproveOptions& options, const Results& results,
     throw InputError(about + "the run is of another program: " + key + " " + made_by +
                      ", this is " + own.at(key) + remedy);
   }
-  if (const std::string file = changed_input(inputs); !file.empty()) {
+  if (const std::string file = changed_file(files_of_run(inputs)); !file.empty()) {
     throw InputError(about + "its input " + file + " is gone or changed" + remedy);
   }
 }

@@ -994,6 +994,7 @@ int run_index(const IndexOptions& options) {
 void add_index(Program& program) {
   const auto [command, options] =
       add_command(program, "index", "list the results of all folders on one page", run_index);
+  command.remove_option(command.get_option("--out"));  // DIR is the folder
   add_value(command, "parent", options.parent, "DIR",
             "folder whose folders have results [palpate-out]");
   command.footer(

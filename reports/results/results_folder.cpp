@@ -540,20 +540,26 @@ std::map<std::string, std::string> inputs_of_run(const std::filesystem::path& fo
                                              "no_skip", "every"});
 }
 
-std::string changed_input(const std::map<std::string, std::string>& inputs) {
+std::vector<std::pair<fs::path, std::string>> files_of_run(
+    const std::map<std::string, std::string>& inputs) {
   const fs::path scene = entry(inputs, "scene_file");
-  const auto differs = [](const fs::path& file, const std::string& hash) {
-    try {
-      return io::sha256_of_file(file) != hash;
-    } catch (const InputError&) { return true; }
-  };
-  if (differs(scene, io::sha256(entry(inputs, "scene")))) { return scene.string(); }
+  std::vector<std::pair<fs::path, std::string>> files{{scene, io::sha256(entry(inputs, "scene"))}};
   for (const std::string& line : lines_of(entry(inputs, "inputs"))) {
-    const std::size_t space = line.rfind(' ');
+    const std::size_t space = std::min(line.rfind(' '), line.size());
     const std::string name = line.substr(0, space);
     const fs::path file =
         name == "--script" ? fs::path(entry(inputs, "script")) : scene.parent_path() / name;
-    if (space == line.npos || differs(file, line.substr(space + 1))) { return file.string(); }
+    files.emplace_back(file, line.substr(std::min(space + 1, line.size())));
+  }
+  return files;
+}
+
+std::string changed_file(const std::vector<std::pair<fs::path, std::string>>& files) {
+  for (const auto& [file, hash] : files) {
+    try {
+      if (io::sha256_of_file(file) == hash) { continue; }
+    } catch (const InputError&) {}
+    return file.string();
   }
   return {};
 }

@@ -63,9 +63,13 @@ Results read_run_folder(const std::filesystem::path& folder);
 /// --script for the script. Throws InputError.
 std::map<std::string, std::string> inputs_of_run(const std::filesystem::path& folder);
 
-/// Returns the first of these files that is gone or differs from that of the run; empty if none
-/// does.
-std::string changed_input(const std::map<std::string, std::string>& inputs);
+/// Returns the files among these inputs of a run, each with its SHA-256: scene, files that it
+/// names, and script.
+std::vector<std::pair<std::filesystem::path, std::string>> files_of_run(
+    const std::map<std::string, std::string>& inputs);
+
+/// Returns the first of these files that is gone or has another SHA-256; empty if none has.
+std::string changed_file(const std::vector<std::pair<std::filesystem::path, std::string>>& files);
 
 // Baseline on disk (docs/gate.md). Numbers, spreads and the ledger are readable JSON. The samples
 // of curves are in an HDF5 file beside it whose name contains its own hash: NAME.HASH.h5.

@@ -157,6 +157,22 @@ cp kept.json ran/summary.json
 refused 2 "summary.json: is not of the same run as trace.h5" evidence judged ran --context context.toml --out no.zip
 refused 2 "context.toml: exists and is not an archive" evidence judged --context context.toml --out context.toml
 
+# Scenes and their files are inputs too, of runs and of campaigns.
+cp "$scenes"/network-example/*.csv .
+cp "$scenes/network-example/scene.toml" network.toml
+"$palpate" run network.toml --out wired --quiet --no-view >said
+"$palpate" evidence judged speeds.jsonl compared wired --context context.toml --out wired.zip --quiet >said
+"$palpate" verify wired.zip >said || fail "$(cat said)"
+for file in nodes.csv network.toml epidural.toml; do
+  cp "$file" kept.file
+  echo "# changed" >>"$file"
+  refused 1 "out of date: .*/$file changed since the evidence was made" verify wired.zip
+  refused 2 "/$file: gone or changed since .* was made; make it again" \
+    evidence judged speeds.jsonl compared wired --context context.toml --out no.zip
+  mv kept.file "$file"
+done
+"$palpate" verify wired.zip >said || fail "$(cat said)"
+
 # Every changed byte is found: places spread over the whole archive, and all of its last 40.
 python3 - "$palpate" <<'END'
 import subprocess, sys
@@ -168,12 +184,16 @@ for at in [*range(0, len(data), len(data) // 40), *range(len(data) - 40, len(dat
     assert code == 2, f"byte {at}: exit code {code}"
 END
 
-# A verdict that is edited together with its hashes, as a forger without the key would do it.
-python3 - <<'END'
-import base64, hashlib, json, struct, zipfile
-source = zipfile.ZipFile("unsigned.zip")
+# Content that contradicts itself, with hashes computed again, as a forger without the key would do it.
+"$palpate" run epidural.toml --set tissue.layers.nodes=[3,3] --set tissue.layers.spacing=0.02 --set simulation.step=4e-3 \
+  --set simulation.duration=0.2 --out shallow --quiet --no-view >said
+"$palpate" evidence judged speeds.jsonl compared shallow --context context.toml --out four.zip --quiet >said
+"$palpate" verify four.zip >said || fail "$(cat said)"
+cat >forge.py <<'END'
+import base64, hashlib, json, struct, sys, zipfile
+source, edit = zipfile.ZipFile("four.zip"), sys.argv[1]
 files = {n: source.read(n) for n in source.namelist()}
-files["claims.json"] = files["claims.json"].replace(b'"status": "shown"', b'"status": "in part"', 1)
+exec(edit)
 envelope = json.loads(files.pop("statement.intoto.json"))
 statement = json.loads(base64.b64decode(envelope["payload"]))
 statement["subject"] = [{"name": n, "digest": {"sha256": hashlib.sha256(b).hexdigest()}} for n, b in sorted(files.items())]
@@ -195,39 +215,6 @@ while data[at:at + 4] == b"PK\1\2":
     at += 46 + length
 open("forged.zip", "wb").write(data)
 END
-refused 2 "claims.json does not follow from the results in it" verify forged.zip
-
-# Content that contradicts itself, with hashes computed again.
-"$palpate" run epidural.toml --set tissue.layers.nodes=[3,3] --set tissue.layers.spacing=0.02 --set simulation.step=4e-3 \
-  --set simulation.duration=0.2 --out shallow --quiet --no-view >said
-"$palpate" evidence judged speeds.jsonl compared shallow --context context.toml --out four.zip --quiet >said
-"$palpate" verify four.zip >said || fail "$(cat said)"
-cat >forge.py <<'END'
-import base64, hashlib, json, struct, sys, zipfile
-source, edit = zipfile.ZipFile("four.zip"), sys.argv[1]
-files = {n: source.read(n) for n in source.namelist()}
-exec(edit)
-envelope = json.loads(files.pop("statement.intoto.json"))
-statement = json.loads(base64.b64decode(envelope["payload"]))
-statement["subject"] = [{"name": n, "digest": {"sha256": hashlib.sha256(b).hexdigest()}} for n, b in sorted(files.items())]
-envelope["payload"] = base64.b64encode(json.dumps(statement, separators=(",", ":")).encode()).decode()
-files["statement.intoto.json"] = (json.dumps(envelope, indent=1) + "\n").encode()
-with zipfile.ZipFile("forged.zip", "w", zipfile.ZIP_STORED) as forged:
-    for name, content in sorted(files.items()):
-        forged.writestr(zipfile.ZipInfo(name), content)
-data = bytearray(open("forged.zip", "rb").read())
-at = 0
-while data[at:at + 4] == b"PK\3\4":
-    size, length = struct.unpack_from("<I", data, at + 18)[0], struct.unpack_from("<H", data, at + 26)[0]
-    data[at + 4:at + 14] = b"\x0a\0\0\x08\0\0\0\0\x21\0"
-    at += 30 + length + size
-while data[at:at + 4] == b"PK\1\2":
-    length = struct.unpack_from("<H", data, at + 28)[0]
-    data[at + 4:at + 16] = b"\x0a\0\x0a\0\0\x08\0\0\0\0\x21\0"
-    data[at + 36:at + 42] = bytes(6)
-    at += 46 + length
-open("forged.zip", "wb").write(data)
-END
 forged() {  # expected message, statement of Python on `files`
   python3 forge.py "$2"
   refused 2 "$1" verify forged.zip
@@ -238,7 +225,8 @@ forged "has no cases.json" 'files.pop("cases.json")'
 forged "cases.json does not have the cases" 'files["cases.json"] = b"[]\n"'
 forged "has the file zz.txt" 'files["zz.txt"] = b"x"'
 forged "has no trace.h5" 'files.pop("results/4/trace.h5")'
-forged "another domain" 'files["results/4/run.json"] = files["results/4/run.json"].replace(b"0.0,", b"0.0, 5.0,", 1) if b"0.0, 5" in files["results/4/run.json"] else json.dumps({**json.loads(files["results/4/run.json"]), "domain": {"depth_m": [0.0, 5.0]}}).encode()'
+forged "another domain" 'files["results/4/run.json"] = json.dumps({**json.loads(files["results/4/run.json"]), "domain": {"depth_m": [0.0, 5.0]}}).encode()'
+forged "claims.json does not follow from the results in it" 'files["claims.json"] = files["claims.json"].replace(b"\"status\": \"shown\"", b"\"status\": \"in part\"", 1)'
 forged "another hash of" 'files["provenance.json"] = files["provenance.json"].replace(b"\"sha256\": \"", b"\"sha256\": \"00", 1)'
 forged "qualification.json does not have the faults" 'q = json.loads(files["qualification.json"]); q["faults"] = q["faults"][:1]; files["qualification.json"] = json.dumps(q).encode()'
 

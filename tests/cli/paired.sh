@@ -35,6 +35,8 @@ done
 
 echo "no library" >"$out/text.so"
 refused 'text.so: cannot be loaded' "$palpate" steps "$scenes/s26.toml" --library "$out/text.so"
+mkfifo "$out/fifo.so"
+refused 'fifo.so: .*is not a regular file' "$palpate" steps "$scenes/s26.toml" --library "$out/fifo.so"
 refused 'no-such-revision: no revision' "$palpate" bench --against no-such-revision --cache "$out/cache" --out "$out/none"
 [ ! -e "$out/none" ] || fail "something was written"
 # The first commit of the project is older than the library.

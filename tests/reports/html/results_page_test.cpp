@@ -62,6 +62,7 @@ TEST("markup in text is escaped, and invalid bytes are replaced") {
         "&lt;a b=&#39;c&#39; d=&quot;e&quot;&gt; &amp; ?");
   CHECK(escape_markup("µ ω 10⁻³") == "µ ω 10⁻³");
   CHECK(escape_markup("a\xff\xc3") == "a\ufffd\ufffd");
+  CHECK(escape_markup("a\uffff\ufffe") == "a\ufffd\ufffd");  // no characters of XML
 }
 
 std::vector<std::string> all_matches(const std::string& text, const char* pattern) {
