@@ -211,15 +211,17 @@ constexpr double cell_growth = 1.5;
 /// and the minimum number of such cells.
 constexpr std::size_t most_coarse_nodes = 1500;
 constexpr int fewest_even_cells = 2;
+/// Limit beyond which cells inside the box are longer than the spacing, along the axis with the
+/// most nodes first: the factorisation takes seconds.
+constexpr std::size_t most_nodes_of_fine_box = 6000;
 
 /// Smallest pivot of the factor relative to the largest. A smaller pivot is rounding error: its
 /// square is 1e-12 of a stiffness.
 constexpr double least_pivot = 1e-6;
 
-/// Adds the positions from `from` to `to`, inclusive; `even` cells keep their length.
-void walk(int from, int to, int even, std::vector<int>& places) {
+/// Adds the positions from `from` to `to`, inclusive; `even` cells have the length `length`.
+void walk(int from, int to, int even, double length, std::vector<int>& places) {
   const int way = to < from ? -1 : 1;
-  double length = 1.0;
   int place = from;
   for (int n = 0; place != to; ++n) {
     if (n >= even) { length *= cell_growth; }
@@ -231,27 +233,35 @@ void walk(int from, int to, int even, std::vector<int>& places) {
   }
 }
 
-std::vector<int> graded_axis(int nodes, int first, int last, int even) {
+/// Returns the positions of the coarse nodes: inside the box every `length`-th, and its ends.
+std::vector<int> graded_axis(int nodes, int first, int last, int even, int length) {
   std::vector<int> places;
-  for (int n = first; n <= last; ++n) { places.push_back(n); }
-  walk(first, 0, even, places);
-  walk(last, nodes - 1, even, places);
+  for (int n = first; n < last; n += length) { places.push_back(n); }
+  places.push_back(last);
+  walk(first, 0, even, length, places);
+  walk(last, nodes - 1, even, length, places);
   std::ranges::sort(places);
   return places;
 }
 
 std::array<std::vector<int>, 3> graded_axes(const LatticeShape& shape, const LatticeBox& box) {
   std::array<std::vector<int>, 3> axes;
-  for (int even = *std::ranges::max_element(shape.nodes);;
-       even = std::max(even / 2, fewest_even_cells)) {
+  std::array<int, 3> length{1, 1, 1};
+  const auto nodes_with = [&](int even) {
     for (std::size_t n = 0; n < 3; ++n) {
-      axes[n] = graded_axis(shape.nodes[n], box.first[n], box.last[n], even);
+      axes[n] = graded_axis(shape.nodes[n], box.first[n], box.last[n], even, length[n]);
     }
-    if (even <= fewest_even_cells ||
-        axes[0].size() * axes[1].size() * axes[2].size() <= most_coarse_nodes) {
-      return axes;
-    }
+    return axes[0].size() * axes[1].size() * axes[2].size();
+  };
+  int even = *std::ranges::max_element(shape.nodes);
+  while (nodes_with(even) > most_coarse_nodes && even > fewest_even_cells) {
+    even = std::max(even / 2, fewest_even_cells);
   }
+  while (nodes_with(even) > most_nodes_of_fine_box) {
+    const auto longest = std::ranges::max_element(axes, {}, &std::vector<int>::size);
+    ++length[static_cast<std::size_t>(longest - axes.begin())];
+  }
+  return axes;
 }
 
 }  // namespace
@@ -316,12 +326,6 @@ auto GradedLattice::place_in(int node, const Cell& cell) const -> Place {
 
 auto GradedLattice::place_of(int node) const -> Place {
   return place_in(node, cell_from(shape_.place(node)));
-}
-
-Eigen::Index GradedLattice::coordinate(int node) const {
-  const Place at = place_of(node);
-  const auto most = std::ranges::max_element(at.weight);
-  return *most == 1.0 ? at.coordinate[static_cast<std::size_t>(most - at.weight.begin())] : -1;
 }
 
 std::size_t GradedLattice::number_of(const Cell& cell) const {
@@ -487,9 +491,11 @@ MatrixXd loads_of(const std::vector<LoadCase>& load_cases, const Model& model) {
   MatrixXd loads = MatrixXd::Zero(model.dof(), static_cast<Index>(load_cases.size()));
   for (std::size_t n = 0; n < load_cases.size(); ++n) {
     for (const NeedlePath::Support& support : load_cases[n].on) {
-      const Index at = model.coordinate(support.node);
-      if (at >= 0) {
-        loads.col(static_cast<Index>(n)).segment<3>(at) += support.weight * load_cases[n].direction;
+      const auto place = model.place_of(support.node);
+      for (std::size_t c = 0; c < place.weight.size(); ++c) {
+        if (place.coordinate[c] < 0) { continue; }
+        loads.col(static_cast<Index>(n)).segment<3>(place.coordinate[c]) +=
+            place.weight[c] * support.weight * load_cases[n].direction;
       }
     }
   }

@@ -34,9 +34,9 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
 /// Returns the nodes that the scene's tool can load, fixed ones too, some several times.
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
 
-// Coarse model of a lattice: all nodes inside a box, and a spacing that grows with the distance
-// from it. Displacements are interpolated linearly between coarse nodes (model/EQUATIONS.md, "Far
-// field").
+// Coarse model of a lattice: all nodes inside a box, or every second or third of a large one, and
+// a spacing that grows with the distance from it. Displacements are interpolated linearly between
+// coarse nodes (model/EQUATIONS.md, "Far field").
 
 /// Box of lattice nodes (i, j, l), both ends included.
 struct LatticeBox {
@@ -63,8 +63,6 @@ class GradedLattice {
   GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box);
 
   [[nodiscard]] Eigen::Index dof() const { return dof_; }
-  /// Returns the first coarse coordinate of a node inside the box, or -1 if the node is fixed.
-  [[nodiscard]] Eigen::Index coordinate(int node) const;
   /// Returns the interpolation of any lattice node.
   [[nodiscard]] Place place_of(int node) const;
   /// Returns the mass per coarse coordinate, lumped from the nodes around it [kg].
@@ -108,9 +106,8 @@ class EveryNode {
 
   explicit EveryNode(const NetworkProblem& problem) : problem_(problem) {}
   [[nodiscard]] Eigen::Index dof() const { return problem_.dof(); }
-  [[nodiscard]] Eigen::Index coordinate(int node) const { return problem_.coordinate(node); }
   [[nodiscard]] Place place_of(int node) const {
-    const Eigen::Index at = coordinate(node);
+    const Eigen::Index at = problem_.coordinate(node);
     return {{at}, {at < 0 ? 0.0 : 1.0}};
   }
   [[nodiscard]] const Eigen::VectorXd& mass() const { return problem_.mass(); }

@@ -23,7 +23,8 @@ std::unique_ptr<NetworkSystem<Real>> make_reduced_network(const NetworkProblem& 
 class ReductionError {
  public:
   /// Solves the reduced model for a unit force of each load case whose direction has a component of
-  /// half or more along `direction`; of each one if that is zero.
+  /// half or more along `direction`; of each one if that is zero. Of large tissue some are left
+  /// out, evenly along the tool, so that load cases times nodes are at most five million.
   ReductionError(const NetworkProblem& problem, const ReductionSetting& setting,
                  const Eigen::Vector3d& direction);
   /// Largest share of the linear compliance that the modes lack [1]. Conjugate gradients bound it
