@@ -252,6 +252,13 @@ int run_approve(const ApproveOptions& options) {
     throw InputError("--reason: is empty; the reason of the change is recorded in the ledger");
   }
   const Results results = read_judged(options.results);
+  const auto accepted_before = [&] {
+    const bool exists = std::filesystem::exists(options.baseline);
+    gate::Baseline before = exists ? read_baseline(options.baseline) : gate::Baseline{};
+    check_simulator(options, results, before);
+    return before;
+  };
+  (void)accepted_before();  // refuses a wrong file before the variants are run, which takes longer
   const gate::Acceptance acceptance{
       .command = results.command,
       .provenance = results.provenance,
@@ -262,9 +269,7 @@ int run_approve(const ApproveOptions& options) {
       .failing = names_of(options.failing, names_in(results), "--accept-failing"),
       .variants = variants_of(options, results)};
   lock_baseline(options.baseline);
-  const bool exists = std::filesystem::exists(options.baseline);
-  const gate::Baseline old = exists ? read_baseline(options.baseline) : gate::Baseline{};
-  check_simulator(options, results, old);
+  const gate::Baseline old = accepted_before();
   const gate::Baseline updated = gate::accept(old, acceptance);
   for (const std::string& line : gate::described_changes(old, updated)) {
     if (!options.quiet) { std::printf("%s\n", io::printable(line).c_str()); }

@@ -984,6 +984,10 @@ int run_index(const IndexOptions& options) {
     throw InputError(options.parent.string() +
                      ": is no folder; a folder whose folders have results is needed");
   }
+  const auto is_index = [](std::string_view start) {
+    return start.find("<title>Palpate results</title>") != start.npos;
+  };
+  refuse_to_replace(options.parent / "index.html", is_index, "a page of palpate index");
   const std::size_t count = index_folders_in(options.parent);
   std::printf("%zu results; %s\n", count, (options.parent / "index.html").c_str());
   return done;

@@ -248,7 +248,7 @@ class LiveServer::Core {
   std::vector<std::int16_t> values_{};
   std::vector<std::string> events_{};
   int events_run_ = 0;
-  std::size_t visits_ = 0;  ///< requests being read
+  std::list<std::weak_ptr<Visit>> visits_{};  ///< requests being read, the oldest first
   ServerCounts counts_{};
 };
 
@@ -345,13 +345,9 @@ class LiveServer::Core::Viewer : public std::enable_shared_from_this<Viewer> {
 class LiveServer::Core::Visit : public std::enable_shared_from_this<Visit> {
  public:
   Visit(Core& core, tcp::socket socket) : core_(core), stream_(std::move(socket)) {
-    ++core_.visits_;
     parser_.header_limit(most_header);
     parser_.body_limit(0);
   }
-  ~Visit() { --core_.visits_; }
-  Visit(const Visit&) = delete;
-  Visit& operator=(const Visit&) = delete;
 
   void begin() {
     stream_.expires_after(request_timeout);
@@ -360,6 +356,8 @@ class LiveServer::Core::Visit : public std::enable_shared_from_this<Visit> {
                        if (!problem) { me->answer(); }
                      });
   }
+
+  void close() { stream_.close(); }
 
  private:
   void answer() {
@@ -432,11 +430,15 @@ void LiveServer::Core::accept() {
       beast::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       socket.set_option(asio::socket_base::send_buffer_size(most_behind), ignored);
-      if (visits_ < 2 * most_viewers) {
-        std::make_shared<Visit>(*this, std::move(socket))->begin();
-      } else {
+      std::erase_if(visits_, [](const auto& visit) { return visit.expired(); });
+      if (visits_.size() == 2 * most_viewers) {  // those that send nothing do not keep others out
+        visits_.front().lock()->close();
+        visits_.pop_front();
         ++counts_.refused;
       }
+      const auto visit = std::make_shared<Visit>(*this, std::move(socket));
+      visits_.push_back(visit);
+      visit->begin();
     }
     accept();
   });

@@ -110,6 +110,17 @@ expect 2 "$palpate" gate "$out/stale" --baseline "$baseline" --out "$out/gate"
 grep -q "summary.json: was changed since it was written" "$out/said"
 expect 2 "$palpate" index "$out"
 
+# Files of others in the way.
+mkdir "$out/site"
+echo "<title>My page</title>" >"$out/site/index.html"
+expect 2 "$palpate" index "$out/site"
+grep -q "index.html: exists and is not a page of palpate index" "$out/said"
+grep -q "My page" "$out/site/index.html"
+expect 2 "$palpate" index "$out" --out "$out/index"
+echo "{}" >"$out/none.json"
+expect 2 "$palpate" approve "$out/diverged" --baseline "$out/none.json" --reason "no"
+grep -q "none.json" "$out/said"
+
 # Inputs of a run: a script that changed, rows further apart, and a script that is new.
 cat >"$out/faults.toml" <<'END'
 [[fault]]

@@ -154,9 +154,7 @@ TEST("fewer nodes carry what is linear, and all or some nodes of the box") {
         beside_held = beside_held || place.coordinate[c] < 0;
         if (!beside_held) { value += place.weight[c] * values(place.coordinate[c]); }
       }
-      if (!beside_held) {
-        CHECK_NEAR(value, linear(node), 1e-12 * std::abs(linear(node)) + 1e-12);
-      }
+      if (!beside_held) { CHECK_NEAR(value, linear(node), 1e-12 * std::abs(linear(node)) + 1e-12); }
     }
     return in_box;
   };
