@@ -506,6 +506,13 @@ void check_phase(const Json& phase, double deadline_us, const std::string& which
   require(0 <= steps && steps <= ticks && 0 <= misses && misses <= ticks,
           which + " has " + std::to_string(misses) + " misses and " + std::to_string(steps) +
               " steps in " + std::to_string(ticks) + " ticks");
+  for (const char* key :
+       {"restarts", "minor_faults", "major_faults", "voluntary_switches", "involuntary_switches"}) {
+    require(whole_from_json<long>(phase.at(key)) >= 0, which + " has negative " + key);
+  }
+  for (const char* key : {"seconds", "paused_s", "longest_recovery_us"}) {
+    require(number_from_json(phase.at(key)) >= 0.0, which + " has negative " + key);
+  }
   const auto run = whole_from_json<long>(phase.at("longest_miss_run"));
   require(run <= misses && (run > 0) == (misses > 0), which + " has runs of " +
                                                           std::to_string(run) + " misses, and " +
@@ -614,6 +621,9 @@ void check_certificate(const Json& json, const std::string& histogram) {
   double seconds = 0.0;
   std::from_chars(step.data(), step.data() + step.size(), seconds);
   claim.ticks_per_step = std::lround(claim.rate * seconds);
+  require(whole_from_json<long>(json.at("nodes")) >= 0 &&
+              whole_from_json<long>(json.at("springs")) >= 0,
+          "negative nodes or springs");
   require(json.at("schema") == 1 && json.at("confidence") == 0.95 &&
               json.at("events_absent").is_array(),
           "its schema, confidence or list of absent events");

@@ -168,6 +168,10 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   refused([&](Json& json) { of_scene(json, "miss_probability_upper_95", 1e-9); },
           "miss probability");
   refused([&](Json& json) { of_scene(json, "steps", -1); }, "-1 steps");
+  refused([&](Json& json) { of_scene(json, "seconds", -5.0); }, "negative seconds");
+  refused([&](Json& json) { of_scene(json, "minor_faults", -1); }, "negative minor_faults");
+  refused([&](Json& json) { of_scene(json, "restarts", "none"); }, "no whole number");
+  refused([](Json& json) { json["nodes"] = -27; }, "negative nodes");
   refused([](Json& json) { json["ticks"] = 9; }, "ticks is not that of the worst load");
   refused([](Json& json) { json["loads"][0]["control"]["ticks"] = 3; }, "empty loop");
   refused([](Json& json) { json["verdict"] = "not certified"; }, "it says \"not certified\"");
