@@ -127,7 +127,7 @@ int run_gate(const GateOptions& options) {
   io::replace_file(folder / "gate.xml", to_junit(report));
   io::replace_file(folder / "report.html", to_html(report));
   if (!options.quiet) { std::printf("%s", printable_lines(changes_text(report.result)).c_str()); }
-  std::printf("%s\n", in_colour(verdict_text(report.result),
+  std::printf("%s\n", in_colour(io::printable(verdict_text(report.result)),
                                 report.result.holds() ? Status::pass : Status::fail)
                           .c_str());
   if (!options.quiet) {

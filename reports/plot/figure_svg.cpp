@@ -210,6 +210,7 @@ class Drawing {
       x_ = y_ = Range{0.0, 1.0, false};
       figure_.x.logarithmic = figure_.y.logarithmic = false;
     }
+    figure_.square = figure_.square && !figure_.x.logarithmic && !figure_.y.logarithmic;
     has_map_ = drawable_ && figure_.heat_map && x_.high != x_.low && y_.high != y_.low;
     if (has_map_) { scale_ = colour_scale(*figure_.heat_map); }
     x_ = with_extent(x_);

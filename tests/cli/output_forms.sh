@@ -27,6 +27,14 @@ one_line approve
 one_line gate
 "$palpate" gate "$out/json" --baseline "$out/new/folder/b.json" --json -o "$out/gate" >"$out/said" 2>/dev/null
 cmp "$out/said" "$out/gate/gate.json" || fail "gate --json is not gate.json"
+# Texts of results are printed without their control characters.
+mkdir "$out/coloured"
+sed 's/"command": "palpate/"command": "\\u001b[31mpalpate/' "$out/json/results.json" >"$out/coloured/results.json"
+cp -r "$out/json/traces" "$out/coloured/"
+status=0
+"$palpate" gate "$out/coloured" --baseline "$out/new/folder/b.json" -o "$out/gate" >"$out/said" 2>&1 || status=$?
+[ "$status" -eq 1 ] && grep -q "results of" "$out/said" || fail "gate of another command: $status, $(cat "$out/said")"
+if grep -q $'\033' "$out/said"; then fail "a control character of the results was printed"; fi
 "$palpate" export "$scenes/network-example/scene.toml" -q -o "$out/export" >"$out/said"
 one_line export
 

@@ -48,6 +48,14 @@ TEST("a figure without a finite value, without series, or with one point is draw
   CHECK(drawn(figure).starts_with("<svg"));
 }
 
+TEST("logarithmic axes have no equal scales") {
+  Figure figure = sample::curve();
+  figure.x.logarithmic = figure.y.logarithmic = true;
+  const std::string svg = drawn(figure);
+  figure.square = true;
+  CHECK(drawn(figure) == svg);
+}
+
 TEST("labels are text, not markup") {
   Figure figure = sample::curve();
   figure.x.label = "a' <b> & x^2_{y}";
