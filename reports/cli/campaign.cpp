@@ -361,7 +361,7 @@ int run_plan(const PlanOptions& options) {
   fs::create_directories(folder / "results");
   const io::WholeWrite whole;
   io::replace_file(folder / "jobs.jsonl", jobs);
-  io::replace_file(folder / "campaign.json", header_of(file, jobs, hashes).dump() + "\n");
+  io::replace_file(folder / "campaign.json", sealed_text(header_of(file, jobs, hashes), -1));
   std::printf("%ld jobs; %s\n", static_cast<long>(std::ranges::count(jobs, '\n')),
               io::printable((folder / "jobs.jsonl").string()).c_str());
   return done;
@@ -393,7 +393,7 @@ Plan read_plan(const fs::path& folder) {
   plan.header = io::read_text(header, most_result_bytes);
   const char* allowed = "as palpate campaign plan wrote it";
   try {
-    if (parse_json(plan.header).at("jobs_sha256") != io::sha256(jobs)) {
+    if (parse_sealed(plan.header).at("jobs_sha256") != io::sha256(jobs)) {
       io::refuse_file(folder / "jobs.jsonl",
                       std::string("was changed since the plan; a file ") + allowed);
     }
@@ -787,6 +787,7 @@ int run_merge_jobs(const MergeOptions& options) {
   Json header = parse_json(plan.header);
   const Json inputs = header.value("inputs", Json::array());  // last, because it may be long
   header.erase("inputs");
+  header.erase("seal");
   add_keys(header, "results_sha256", hash.text(), "inputs", inputs);
   std::size_t next = 0;
   bool begun = false;
@@ -794,7 +795,7 @@ int run_merge_jobs(const MergeOptions& options) {
   make_folder_of(options.out);
   io::replace_file(options.out, [&](std::string& part) {
     constexpr std::size_t part_bytes = 1U << 20U;
-    if (!begun) { part = header.dump() + "\n"; }
+    if (!begun) { part = sealed_text(header, -1); }
     begun = true;
     while (next < plan.ids.size() && part.size() < part_bytes) {
       part += merged_line(options.folders, plan.ids[next++]);
@@ -924,7 +925,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
                        std::to_string(most_result_bytes));
     }
     try {
-      const Json json = parse_json(line);
+      const Json json = number == 0 ? parse_sealed(line + "\n") : parse_json(line);
       if (number == 0) {
         of = campaign_from(json);
         jobs = whole_from_json<std::size_t>(json.at("jobs"));

@@ -99,24 +99,34 @@ double limit_from(const Json& json, double open) {
   return json.is_null() ? open : number_from_json(json);
 }
 
+std::string status_of(const Quantity& q) {
+  return std::string(q.judged() ? name_of(q.status()) : "info");
+}
+
 /// Writes a quantity. The uncertainty is omitted if it is zero.
 Json quantity_json(const Quantity& q) {
   Json json =
       object("name", q.name, "value", q.value, "unit", q.unit, "lower", finite_or_null(q.lower),
              "upper", finite_or_null(q.upper), "bound_from", q.bound_from);
   if (q.uncertainty > 0.0) { json["uncertainty"] = json_number(q.uncertainty); }
-  json["status"] = q.judged() ? name_of(q.status()) : "info";
+  json["status"] = status_of(q);
   return json;
 }
 
 Quantity quantity_from(const Json& json) {
-  return {.name = json.at("name"),
-          .value = number_from_json(json.at("value")),
-          .unit = json.at("unit"),
-          .lower = limit_from(json.at("lower"), -unbounded),
-          .upper = limit_from(json.at("upper"), unbounded),
-          .bound_from = json.at("bound_from"),
-          .uncertainty = number_from_json(json.value("uncertainty", Json(0.0)))};
+  Quantity q{.name = json.at("name"),
+             .value = number_from_json(json.at("value")),
+             .unit = json.at("unit"),
+             .lower = limit_from(json.at("lower"), -unbounded),
+             .upper = limit_from(json.at("upper"), unbounded),
+             .bound_from = json.at("bound_from"),
+             .uncertainty = number_from_json(json.value("uncertainty", Json(0.0)))};
+  const std::string status = json.value("status", status_of(q));
+  if (status != status_of(q)) {
+    throw std::runtime_error("quantity " + q.name + " has the status \"" + status +
+                             "\", and by its value and bounds \"" + status_of(q) + "\"");
+  }
+  return q;
 }
 
 /// Splits the JSON text of all reasons, which has one reason per line.
@@ -392,6 +402,11 @@ Outcome case_from_json(const Json& json) {
       .reasons = reasons_from(json.at(json.at("skipped").is_null() ? "message" : "skipped")),
       .seconds = json.at("seconds"),
       .notes = json.at("notes")};
+  if (json.at("skipped").is_null() == (outcome.status == Status::skip)) {
+    throw std::runtime_error(
+        "case " + outcome.name + " has the status \"" + std::string(name_of(outcome.status)) +
+        "\", and " + (json.at("skipped").is_null() ? "no" : "a") + " reason why it was skipped");
+  }
   read_list(json.at("quantities"), outcome.quantities, quantity_from);
   read_list(json.at("tables"), outcome.tables, table_from);
   read_list(json.at("figures"), outcome.figures, figure_from);

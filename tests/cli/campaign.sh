@@ -134,6 +134,12 @@ sed -i 's/^mass.*/mass = 1.25/' oscillator.toml
 refused 2 "changed since the plan; plan again" run stale --shard 2/2
 printf '\n' >>stale/jobs.jsonl
 refused 2 "jobs.jsonl: was changed since the plan" run stale
+cp -r two edited
+sed -i 's/"samples":16/"samples":17/' edited/campaign.json
+refused 2 "campaign.json: was changed since it was written" run edited
+refused 2 "campaign.json: was changed since it was written" merge edited --out edited.jsonl
+sed '1s/"samples":16/"samples":17/' one.jsonl >edited.jsonl
+refused 2 "edited.jsonl:1: was changed since it was written" report edited.jsonl --out edited-report
 sed 's/samples = 16/sample = 16/' campaign.toml >wrong.toml
 refused 2 "wrong.toml:4: unknown key sample; did you mean samples" plan wrong.toml --out wrong
 sed 's/range = \[1.0, 2.0\]/range = [2.0, 1.0]/' campaign.toml >wrong.toml
