@@ -650,12 +650,22 @@ void check_certificate(const Json& json, const std::string& histogram) {
   }
   double costliest = 0.0;
   for (const Json& probe : json.at("compute_budget").at("provocations")) {
-    costliest = std::max(costliest, number_from_json(probe.at("processor_us")));
+    const double spent = number_from_json(probe.at("processor_us"));
+    costliest = std::max(costliest, spent);
+    require(whole_from_json<long>(probe.at("ticks")) > 0 &&
+                whole_from_json<long>(probe.at("repetitions")) > 0,
+            "a provocation without ticks");
   }
   const Json& most = json.at("compute_budget").at("worst_us");
   require(most.is_null() ? costliest == 0.0
                          : std::abs(number_from_json(most) - costliest) <= rounding * costliest,
           "worst_us is not that of the provocations");
+  for (const Json& probe : json.at("compute_budget").at("provocations")) {
+    const double spent = number_from_json(probe.at("processor_us"));
+    require(std::abs(number_from_json(probe.at("share_of_deadline")) * deadline - spent) <=
+                rounding * spent,
+            "share_of_deadline is not that of processor_us and deadline_us");
+  }
   std::string ran = json.at("resolved_scene");
   for (const Json& input : json.at("inputs")) {
     ran += "\n" + input.at("sha256").get<std::string>();

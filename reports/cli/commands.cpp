@@ -172,6 +172,7 @@ void catch_interrupts() {
   std::signal(SIGTERM, note_signal);
   // A terminal that is closed; nohup ignores that, and so does its child.
   if (std::signal(SIGHUP, note_signal) == SIG_IGN) { std::signal(SIGHUP, SIG_IGN); }
+  std::signal(SIGXFSZ, SIG_IGN);  // a file over `ulimit -f` then causes a failed write
 }
 
 void keep_results_of_interrupted() {

@@ -27,10 +27,15 @@ using namespace palpate::cli;
 /// Puts "palpate:" before every line of a message. Text of files may hold anything, so what a
 /// terminal would obey is replaced.
 int refuse(const std::string& message, int code) {
+  constexpr std::size_t most_of_a_line = 4000;
   if (interrupted) { io::end_process(interrupted_code); }  // the problem is a consequence
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {
-    std::fprintf(stderr, "palpate: %s\n", io::printable(line).c_str());
+    std::string text = io::printable(line);
+    if (text.size() > most_of_a_line) {  // the beginning has the place, the end what is allowed
+      text.replace(most_of_a_line / 2, text.size() - most_of_a_line, " ... ");
+    }
+    std::fprintf(stderr, "palpate: %s\n", text.c_str());
   }
   return code;
 }

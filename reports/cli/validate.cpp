@@ -525,10 +525,22 @@ std::vector<ExpectedFailure> read_expected(const std::filesystem::path& file,
                         [](std::string_view) { return std::string(); });
   fields(reader, list);
   reader.refuse_unknown_keys();
+  std::set<std::pair<std::string, std::string>> known;
   for (std::size_t n = 0; n < list.failures.size(); ++n) {
+    const ExpectedFailure& failure = list.failures[n];
+    const std::string entry = "failure[" + std::to_string(n) + "]";
+    if (failure.reason.find_first_not_of(" \t\n") == std::string::npos) {
+      problems.add(document.places, entry + ".reason",
+                   "reason is empty; why the case fails is needed");
+    }
+    if (!known.emplace(failure.of, failure.quantity).second) {
+      problems.add(document.places, entry + ".quantity",
+                   "quantity " + failure.quantity + " is listed twice for the case \"" +
+                       failure.of + "\"; once is allowed");
+    }
     if (std::ranges::find(cases, list.failures[n].of, &Case::name) == cases.end() &&
         !list.failures[n].of.empty()) {
-      problems.add(document.places, "failure[" + std::to_string(n) + "].case",
+      problems.add(document.places, entry + ".case",
                    "no case is named \"" + list.failures[n].of + "\"; validate --list shows them");
     }
   }

@@ -83,3 +83,18 @@ echo "of somebody else" >"$out/both/second.h5"
 status=0
 "$palpate" import "$out/own/recording.csv" "$out/own/second.csv" --out "$out/both" -q 2>"$out/error" || status=$?
 [ "$status" -eq 2 ] && grep -q 'second.h5: exists and was not written by palpate' "$out/error" || fail "import: $(cat "$out/error")"
+
+# A limit on file sizes and a folder for temporary files that does not exist are named, and nothing is left.
+status=0
+(ulimit -f 8; "$palpate" run "$scenes/falcon-soft.toml" --set simulation.duration=2 -q -o "$out/limited") >"$out/said" 2>"$out/error" || status=$?
+[ "$status" -eq 2 ] && grep -q 'File too large' "$out/error" || fail "ulimit -f: $status, $(cat "$out/error")"
+[ -z "$(find "$out/limited" -type f)" ] || fail "left: $(ls "$out/limited")"
+status=0
+TMPDIR=/nonexistent "$palpate" validate oscillator/order --subject exec:true -q -o "$out/none" >"$out/said" 2>"$out/error" || status=$?
+[ "$status" -eq 2 ] && grep -q 'TMPDIR = "/nonexistent": is no folder' "$out/error" || fail "TMPDIR: $status, $(cat "$out/error")"
+
+# What a file says is not repeated without end.
+printf '[simulation]\n%s = 1\n' "$(head -c 100000 /dev/zero | tr '\0' k)" >"$out/long.toml"
+status=0
+"$palpate" run "$out/long.toml" -q -o "$out/none" >"$out/said" 2>"$out/error" || status=$?
+[ "$status" -eq 2 ] && [ "$(wc -c <"$out/error")" -lt 20000 ] || fail "a long key: $status, $(wc -c <"$out/error") bytes"

@@ -117,3 +117,9 @@ status=0
 [ "$status" -eq 2 ] || [ "$status" -eq 1 ] || fail "a long reason: exit $status"
 grep -q "xxxx" "$out/said" && [ "$(wc -c <"$out/said")" -lt 4096 ] || fail "a reason of $(wc -c <"$out/said") bytes"
 ! grep -al "^sleep.86399" /proc/[0-9]*/cmdline >/dev/null 2>&1 || fail "a process of the simulator is left behind"
+
+# A known failure has a reason and is listed once.
+printf '[[failure]]\ncase = "oscillator/order/rk4"\nquantity = "observed_order"\nreason = "%s"\n' why " " >"$out/twice.toml"
+status=0
+"$palpate" validate oscillator/order/rk4 --expected "$out/twice.toml" -q --out "$out/twice" >"$out/said" 2>&1 || status=$?
+[ "$status" -eq 2 ] && grep -q 'reason is empty' "$out/said" && grep -q 'is listed twice for the case' "$out/said" || fail "$status, $(cat "$out/said")"

@@ -171,6 +171,10 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   refused([&](Json& json) { of_scene(json, "seconds", -5.0); }, "negative seconds");
   refused([&](Json& json) { of_scene(json, "minor_faults", -1); }, "negative minor_faults");
   refused([&](Json& json) { of_scene(json, "restarts", "none"); }, "no whole number");
+  refused([](Json& json) { json["compute_budget"]["provocations"][0]["share_of_deadline"] = 9.0; },
+          "share_of_deadline");
+  refused([](Json& json) { json["compute_budget"]["provocations"][0]["repetitions"] = 0; },
+          "without ticks");
   refused([](Json& json) { json["nodes"] = -27; }, "negative nodes");
   refused([](Json& json) { json["ticks"] = 9; }, "ticks is not that of the worst load");
   refused([](Json& json) { json["loads"][0]["control"]["ticks"] = 3; }, "empty loop");
@@ -183,6 +187,7 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
       [](Json& json) {
         json["compute_budget"]["worst_us"] = 2000.0;
         json["compute_budget"]["provocations"][0]["processor_us"] = 2000.0;
+        json["compute_budget"]["provocations"][0]["share_of_deadline"] = 2.0;
       },
       "\"not certified\"");
   refused([](Json& json) { json["deadline_us"] = 10.0; }, "its slowest tick took");

@@ -109,7 +109,7 @@ TEST("a results.json that is cut, of another schema or without its traces is ref
   struct {
     std::string_view found, changed, reason;
   } const rows[] = {{"\"schema\": 1", "\"schema\": 7", "schema 7"},
-                    {"\"value\": 4.01", "\"value\": \"nan\"", "says pass"},
+                    {"\"value\": 4.01", "\"value\": \"nan\"", "by its value and bounds \"fail\""},
                     {"\"claim\"", "\"clam\"", "claim"}};
   for (const auto& [found, changed, reason] : rows) {
     std::string other = json;
@@ -127,6 +127,22 @@ TEST("a results.json that is cut, of another schema or without its traces is ref
   std::filesystem::remove_all(folder.path() / "traces");
   CHECK_THROWS(read_results_folder(folder.path()), "oscillator-order-rk4.h5");
   CHECK_THROWS(read_results_folder(folder.path() / "absent"), "absent");
+}
+
+TEST("a status against the numbers of its quantity or case is refused") {
+  const Results results{.outcomes = {{.name = "a/b",
+                                      .status = Status::pass,
+                                      .quantities = {{.name = "q", .value = 1.0, .upper = 2.0}}}}};
+  const std::string json = to_json(results);
+  const auto with = [&](const std::string& before, const std::string& after) {
+    const std::size_t at = json.rfind(before);
+    REQUIRE(at != json.npos);
+    return std::string(json).replace(at, before.size(), after);
+  };
+  CHECK_THROWS(results_from_json(with("\"status\": \"pass\"", "\"status\": \"fail\""), "r.json"),
+               "quantity q has the status \"fail\", and by its value and bounds \"pass\"");
+  CHECK_THROWS(results_from_json(with("\"skipped\": null", "\"skipped\": \"why\""), "r.json"),
+               "case a/b has the status \"pass\", and a reason why it was skipped");
 }
 
 TEST("what varies between runs is left out and nothing else") {

@@ -293,6 +293,9 @@ TEST("command lines agree in any order of cases, and without options that change
         "palpate validate a b/c --quick --order 3 --subject model"}) {
     CHECK(command_problem(accepted, same, false).empty());
   }
+  const std::string with_library = accepted + " --subject build/simulator.so";
+  CHECK(command_problem(with_library, accepted + " --subject /tmp/simulator.so", false).empty());
+  CHECK(!command_problem(with_library, accepted + " --subject build/other.so", false).empty());
   for (const char* other :
        {"palpate bench a b/c --quick --order 3", "palpate validate a b/c --order 3",
         "palpate validate a b/c --quick --order 4",
