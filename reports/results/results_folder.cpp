@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fcntl.h>
 #include <functional>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <unistd.h>
@@ -213,7 +214,8 @@ void add_texts(Outcome& outcome, const Json& summary, const Attributes& inputs) 
   add("integrator", summary.at("integrator"));
   std::string kernel = summary.at("kernel");
   for (const char* set : {"-avx512", "-avx2", "-baseline"}) { kernel = without(kernel, set); }
-  add("kernel", kernel);
+  static const std::regex threads("-[0-9]+-threads");  // which give the same bits
+  add("kernel", std::regex_replace(kernel, threads, ""));
   for (const Json& warning : summary.at("warnings")) {
     add(std::string(gate::warning_prefix) + without_numbers(warning), "");
   }

@@ -110,6 +110,15 @@ expect 2 "$palpate" gate "$out/stale" --baseline "$baseline" --out "$out/gate"
 grep -q "summary.json: was changed since it was written" "$out/said"
 expect 2 "$palpate" index "$out"
 
+# Another number of threads gives the same bits, also where only one is used.
+for name in cube s26; do
+  cp "$scenes/$name.toml" "$scene"
+  run one
+  expect 0 "$palpate" approve "$out/one" --baseline "$out/$name.json" --reason "one" --no-variants
+  run two --set simulation.threads=2
+  expect 0 "$palpate" gate "$out/two" --baseline "$out/$name.json" --out "$out/gate"
+done
+
 # Files of others in the way.
 mkdir "$out/site"
 echo "<title>My page</title>" >"$out/site/index.html"

@@ -587,10 +587,11 @@ void compare_figure(const AcceptedCase& accepted, const Figure& before, const Fi
 }
 
 /// Returns true for a text without effect on results: the estimate of a reduced-order model, and
-/// the number of threads, which give the same bits.
+/// the number of threads, any of which gives the same bits.
 bool changes_nothing(std::string_view name) {
   return name.starts_with(reduction_warning) ||
-         name == std::string(scene_prefix) + "simulation.threads";
+         name == std::string(scene_prefix) + "simulation.threads" ||
+         name.starts_with(std::string(warning_prefix) + "one thread:");
 }
 
 /// Compares the texts of a case, such as the kernel. Those of the scene come first.
