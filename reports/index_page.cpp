@@ -312,7 +312,7 @@ std::string index_html(const std::vector<IndexLine>& lines, const fs::path& pare
   }
   const auto failed = std::ranges::count_if(
       folders, [](const History* history) { return status_of(history->back()) == Status::fail; });
-  Page page{.banner = {.title = "Palpate results",
+  Page page{.banner = {.title = std::string(index_title),
                        .small_print = {parent.string()},
                        .status = worst,
                        .verdict = counted(folders.size(), "result", "results"),

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace palpate {
@@ -45,6 +46,9 @@ std::vector<std::string> changes_between(const IndexLine& before, const IndexLin
 std::vector<IndexLine> read_index(const std::filesystem::path& ledger);
 
 std::string to_text(const IndexLine& line);
+
+/// Title of the page, by which `palpate index` knows its own.
+inline constexpr std::string_view index_title = "Palpate results";
 
 /// HTML page: what changed since the run before, then each folder of the ledger with its verdict,
 /// values and their history, newest first. Folders that no longer exist are omitted.

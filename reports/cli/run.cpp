@@ -1104,9 +1104,8 @@ void add_run(Program& program) {
   add_verbose(command, options, "print also how the scene was stepped, and why the error is so");
   add_json(command, options, "summary.json");
   command.add_flag("--no-skip", options.no_skip,
-                   "compute what the scene does not need, also without a reduced-order model: the "
-                   "same result within "
-                   "rounding and the error of that model");
+                   "compute what the scene does not need, and every node without a reduced-order "
+                   "model; the same result within rounding and the error of that model");
   command.add_flag("--refine", options.refine,
                    "estimate the error: run again at half the step and half the spacing, and where "
                    "the scene has them without reduced-order model and solver tolerance");

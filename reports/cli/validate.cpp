@@ -538,10 +538,9 @@ std::vector<ExpectedFailure> read_expected(const std::filesystem::path& file,
                    "quantity " + failure.quantity + " is listed twice for the case \"" +
                        failure.of + "\"; once is allowed");
     }
-    if (std::ranges::find(cases, list.failures[n].of, &Case::name) == cases.end() &&
-        !list.failures[n].of.empty()) {
+    if (std::ranges::find(cases, failure.of, &Case::name) == cases.end() && !failure.of.empty()) {
       problems.add(document.places, entry + ".case",
-                   "no case is named \"" + list.failures[n].of + "\"; validate --list shows them");
+                   "no case is named \"" + failure.of + "\"; validate --list shows them");
     }
   }
   problems.throw_if_any();
@@ -997,7 +996,7 @@ int run_index(const IndexOptions& options) {
                      ": is no folder; a folder whose folders have results is needed");
   }
   const auto is_index = [](std::string_view start) {
-    return start.find("<title>Palpate results</title>") != start.npos;
+    return start.find("<title>" + std::string(index_title)) != start.npos;
   };
   refuse_to_replace(options.parent / "index.html", is_index, "a page of palpate index");
   const std::size_t count = index_folders_in(options.parent);

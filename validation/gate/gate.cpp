@@ -586,14 +586,6 @@ void compare_figure(const AcceptedCase& accepted, const Figure& before, const Fi
   }
 }
 
-/// Returns true for a text without effect on results: the estimate of a reduced-order model, and
-/// the number of threads, any of which gives the same bits.
-bool changes_nothing(std::string_view name) {
-  return name.starts_with(reduction_warning) ||
-         name == std::string(scene_prefix) + "simulation.threads" ||
-         name.starts_with(std::string(warning_prefix) + "one thread:");
-}
-
 /// Compares the texts of a case, such as the kernel. Those of the scene come first.
 void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change>& changes) {
   const std::map<std::string, std::string> was = compared_texts(before);
@@ -601,7 +593,7 @@ void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change
   std::vector<Change> found;
   for (const auto& [name, text] : was) {
     const auto other = is.find(name);
-    if (text == depends_on_rounding || changes_nothing(name)) { continue; }
+    if (text == depends_on_rounding || name.starts_with(reduction_warning)) { continue; }
     if (other == is.end()) {
       found.push_back(broken(name, "is gone" + (text.empty() ? "" : ", was " + text)));
     } else if (other->second != text) {
@@ -611,7 +603,7 @@ void compare_texts(const Outcome& before, const Outcome& now, std::vector<Change
     }
   }
   for (const auto& [name, text] : is) {
-    if (!was.contains(name) && !changes_nothing(name)) {
+    if (!was.contains(name) && !name.starts_with(reduction_warning)) {
       found.push_back(broken(name, "is new" + (text.empty() ? "" : ": " + text)));
     }
   }
