@@ -92,8 +92,10 @@ std::array<double, 15> audit_of(const ToolReport& tool) {
 /// Writes rows and frames of a trace. Memory for all rows is reserved on construction.
 class Sampler {
  public:
-  Sampler(Subject& subject, const FalconLoop* falcon, const SampleOptions& options, Trace& trace)
-      : subject_(subject), falcon_(falcon), options_(options), trace_(trace) {
+  /// `paced`: rows are taken between ticks in real time, which the state of all nodes may delay.
+  Sampler(Subject& subject, const FalconLoop* falcon, const SampleOptions& options, bool paced,
+          Trace& trace)
+      : subject_(subject), falcon_(falcon), options_(options), paced_(paced), trace_(trace) {
     trace.columns = subject.columns();
     subject_columns_ = trace.columns.size();
     if (falcon != nullptr) { append(FalconLoop::columns()); }
@@ -103,8 +105,8 @@ class Sampler {
     if (options.cells != nullptr) {
       append({{"tissue.smallest_jacobian", "1", {}}});
       all_nodes_ = subject.node_positions();
-      check_interval_ = std::max<long>(1, subject.tick_count() / cell_checks);
     }
+    check_interval_ = std::max<long>(1, subject.tick_count() / state_checks);
     row_.resize(trace.columns.size());
     if (options.extremes) { find_extreme_columns(); }
     const auto rows =
@@ -129,23 +131,23 @@ class Sampler {
       largest_energy_.add(energy);
       trace_.energy.maximum = largest_energy_.value();
     }
-    check_cells_if_due();
+    check_state_if_due();
     const bool due =
         subject_.ticks() % options_.every == 0 || subject_.ticks() == subject_.tick_count();
     if (due || (options_.extremes && !subject_.tool_happenings().empty())) {
       sample_row(energy);
-      if (finite_ || trace_.time.empty()) { append_row(); }
+      if (finite() || trace_.time.empty()) { append_row(); }
     } else if (!extremes_.empty()) {
       sample_row(energy);
-      if (finite_) { keep_extremes(); }
+      if (finite()) { keep_extremes(); }
     }
     take_frame();
     take_keyframe();
   }
 
-  /// Returns false if the last row has a value that is not finite. It is then not in the trace,
-  /// unless it is the first.
-  [[nodiscard]] bool finite() const { return finite_; }
+  /// Returns false if the last row, or the state at the last check, has a value that is not finite.
+  /// That row is then not in the trace, unless it is the first.
+  [[nodiscard]] bool finite() const { return finite_ && state_finite_; }
 
   /// Releases the unused memory of rows and frames.
   void finish() {
@@ -266,13 +268,13 @@ class Sampler {
     }
   }
 
-  /// Checks the cells at regular times and at the events of the tool.
-  void check_cells_if_due() {
-    if (options_.cells == nullptr) { return; }
-    const bool due = subject_.ticks() % check_interval_ == 0 ||
-                     subject_.ticks() == subject_.tick_count() ||
-                     !subject_.tool_happenings().empty();
-    if (!due) { return; }
+  /// Checks nodes and cells at regular times and at the events of the tool.
+  void check_state_if_due() {
+    const bool ends = subject_.ticks() == 0 || subject_.ticks() == subject_.tick_count();
+    const bool due = subject_.ticks() % check_interval_ == 0 || !subject_.tool_happenings().empty();
+    if (!ends && !due) { return; }
+    if (ends || !paced_) { state_finite_ = subject_.has_finite_state(); }
+    if (options_.cells == nullptr || !state_finite_) { return; }
     subject_.node_positions(all_nodes_);
     const CellCheck check = check_cells(*options_.cells, all_nodes_);
     jacobian_ = check.smallest;
@@ -339,6 +341,7 @@ class Sampler {
   Subject& subject_;
   const FalconLoop* falcon_;
   const SampleOptions& options_;
+  bool paced_;
   Trace& trace_;
   bool is_measured_ = options_.energy || options_.energy_range;
   Largest largest_energy_{-unbounded};
@@ -353,12 +356,13 @@ class Sampler {
   std::size_t keyframes_taken_ = 0;
   std::size_t events_seen_ = 0;
   std::vector<bool>
-      absent_{};  ///< columns that another simulator does not have: NaN from the start
-  bool finite_ = true;
+      absent_{};              ///< columns that another simulator does not have: NaN from the start
+  bool finite_ = true;        ///< the last row
+  bool state_finite_ = true;  ///< of all nodes, at the last check
   double largest_force_ = 0.0;  ///< [N]
   double largest_time_ = 0.0;   ///< [s]
   NodeVectors at_largest_{};
-  static constexpr long cell_checks = 200;
+  static constexpr long state_checks = 200;
   long check_interval_ = 1;  ///< [ticks]
   double jacobian_ = 1.0;    ///< of the last check
   NodeVectors all_nodes_{};
@@ -396,7 +400,7 @@ Trace roll_out(Subject& subject, const Scene& scene, const SampleOptions& option
   trace.substeps = subject.substeps();
   trace.h = subject.step_length();
   GripReplay replay(scene);
-  Sampler sampler(subject, falcon ? &*falcon : nullptr, options, trace);
+  Sampler sampler(subject, falcon ? &*falcon : nullptr, options, control.clock != nullptr, trace);
   sampler.take();
   trace.diverged = !sampler.finite();
   const long count = subject.tick_count();

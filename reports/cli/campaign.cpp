@@ -215,20 +215,26 @@ CampaignFile read_campaign(const fs::path& path) {
 /// SHA-256 by file, of this process, so that each file is read once.
 using Hashes = std::map<fs::path, std::string>;
 
-/// Everything that the result of a job depends on. Adds the files of the scene to `hashes`.
+/// Everything that the result of a job depends on. Adds the files of scene and simulator to
+/// `hashes`.
 std::string job_id(const io::SceneFile& scene, const std::string& subject,
                    const std::string& subject_options, const std::string& code, Hashes& hashes) {
   std::string text = "palpate job 1\n" + io::resolved_scene(scene);
+  const auto hash_of_file = [&hashes](const fs::path& file) {
+    std::string& hash = hashes[file];
+    if (hash.empty()) { hash = io::sha256_of_file(file); }
+    return hash;
+  };
   for (std::size_t n = 0; n < scene.inputs.size(); ++n) {
-    std::string& hash = hashes[scene.inputs[n]];
-    if (hash.empty()) { hash = io::sha256_of_file(scene.inputs[n]); }
+    const std::string hash = hash_of_file(scene.inputs[n]);
     if (n > 0) { text += hash + "\n"; }  // the scene itself is resolved above
   }
   if (!subject.empty()) {
-    static std::map<std::string, std::string> of_subjects;
-    std::string& hash = of_subjects[subject];
-    if (hash.empty()) { hash = hash_of_subject(subject); }
-    text += hash + "\n" + subject_options + "\n";
+    text += subject + "\n";
+    for (const fs::path& file : files_of_subject(subject)) {
+      text += hash_of_file(fs::absolute(file).lexically_normal()) + "\n";
+    }
+    text += subject_options + "\n";
   }
   return io::sha256(text + code);
 }
@@ -257,13 +263,16 @@ std::string group_of(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Writes all jobs of a campaign, one a line, and adds the files of their scenes to `hashes`.
+/// Writes all jobs of a campaign, one a line, and adds the files that they are made from to
+/// `hashes`.
 std::string jobs_of(const CampaignFile& file, const fs::path& path, Hashes& hashes) {
   const fs::path folder = path.parent_path();
   const auto rows = campaign::rows_of(file.of.design);
   std::vector<std::string> codes;
   for (const std::string& each : file.builds) {
-    codes.push_back(code_of(absolute_in(folder, each)));
+    const std::string program = absolute_in(folder, each);
+    codes.push_back(code_of(program));
+    if (!program.empty()) { hashes[program] = io::sha256_of_file(program); }
   }
   std::vector<std::optional<int>> seeds(file.seeds.begin(), file.seeds.end());
   if (seeds.empty()) { seeds.emplace_back(); }
@@ -674,7 +683,7 @@ void run_jobs(const CampaignRunOptions& options, const Plan& plan, ShardProgress
 int run_campaign(const CampaignRunOptions& options) {
   keep_results_of_interrupted();
   const Plan plan = read_plan(options.folder);
-  // Kept results would be those of other scenes.
+  // Kept results would be those of other scenes, simulators or programs.
   if (const std::string file =
           changed_file(files_of_campaign(plan.header, (options.folder / "campaign.json").string()));
       !file.empty()) {

@@ -148,7 +148,11 @@ void write_new_folder(const std::filesystem::path& folder, const std::vector<Tem
 std::string write_subject_skeleton(const std::string& language,
                                    const std::filesystem::path& folder);
 
-/// Hash of a library, or of a command and of each of its words that is a file.
+/// Returns the files that a simulator under test is read from: a library, a trace, or of a command
+/// its program and each of its words that is a file. None for the model.
+std::vector<std::filesystem::path> files_of_subject(const std::string& subject);
+
+/// Returns the hash of these files, and of the text of a command. Not for the model.
 std::string hash_of_subject(const std::string& subject);
 
 /// Entries of a provenance that describe a subject.

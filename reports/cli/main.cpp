@@ -24,11 +24,29 @@ namespace {
 using namespace palpate;
 using namespace palpate::cli;
 
-/// Puts "palpate:" before every line of a message. Text of files may hold anything, so what a
-/// terminal would obey is replaced.
-int refuse(const std::string& message, int code) {
+/// Words of the command line that have line breaks.
+std::vector<std::string> broken_words{};
+
+void find_broken_words(std::span<char*> words) {
+  for (std::string_view word : words) {
+    if (word.find('\n') == word.npos) { continue; }
+    if (word.starts_with("-")) { word.remove_prefix(std::min(word.find('=') + 1, word.size())); }
+    broken_words.emplace_back(word);
+  }
+}
+
+/// Puts "palpate:" before every line of a message. Text of files and names may hold anything, so
+/// what a terminal would obey is replaced, and a line break in a name begins no line.
+int refuse(std::string message, int code) {
   constexpr std::size_t most_of_a_line = 4000;
   if (interrupted) { io::end_process(interrupted_code); }  // the problem is a consequence
+  for (const std::string& word : broken_words) {
+    const std::string shown = io::printable(word);
+    for (auto at = message.find(word); at != message.npos; at = message.find(word, at)) {
+      message.replace(at, word.size(), shown);
+      at += shown.size();
+    }
+  }
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {
     std::string text = io::printable(line);
@@ -50,6 +68,17 @@ int after_output(int code) {
   return code == done ? failed : code;
 }
 
+/// Throws InputError if an argument is empty, as that of an unset variable of a shell: it would
+/// count as left out.
+void refuse_empty_arguments(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (std::ranges::find(option->results(), "") == option->results().end()) { continue; }
+    throw InputError(option->get_name() + ": the value is empty; give one, or leave " +
+                     option->get_name() + " out");
+  }
+  for (const CLI::App* chosen : command.get_subcommands()) { refuse_empty_arguments(*chosen); }
+}
+
 /// Runs what the command line selects. Throws what the command throws.
 int run(Program& program, int argc, char** argv) {
   try {
@@ -62,6 +91,7 @@ int run(Program& program, int argc, char** argv) {
     }
     throw InputError(usage_error(program.app, error));
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
+  refuse_empty_arguments(program.app);
   try {
     (void)widest_allowed();
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
@@ -93,6 +123,7 @@ int main(int argc, char** argv) {
   Program program;
   CLI::App& app = program.app;
   const std::span<char*> words(argv, static_cast<std::size_t>(argc));
+  find_broken_words(words);
   app.set_version_flag("--version", [words] {
     const bool verbose = std::ranges::any_of(
         words, [](std::string_view word) { return word == "--verbose" || word == "-v"; });

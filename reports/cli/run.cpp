@@ -966,6 +966,11 @@ std::map<std::string, std::string> provenance_with_inputs(
     inputs += "--script " + io::sha256_of_file(options.script) + "\n";
   }
   if (!inputs.empty()) { provenance["inputs"] = inputs; }
+  std::string simulator;
+  for (const fs::path& file : files_of_subject(options.subject.subject)) {
+    simulator += fs::absolute(file).string() + " " + io::sha256_of_file(file) + "\n";
+  }
+  if (!simulator.empty()) { provenance["simulator_files"] = simulator; }
   if (options.no_skip) { provenance["no_skip"] = "yes"; }
   if (options.every) { provenance["every"] = exact_number(*options.every); }
   return provenance;

@@ -535,19 +535,21 @@ bool is_run_folder(const std::filesystem::path& folder) {
 
 std::map<std::string, std::string> inputs_of_run(const std::filesystem::path& folder) {
   return attributes_of(folder / "trace.h5", {"scene", "overrides", "scene_file", "script", "inputs",
-                                             "no_skip", "every"});
+                                             "simulator_files", "no_skip", "every"});
 }
 
 std::vector<std::pair<fs::path, std::string>> files_of_run(
     const std::map<std::string, std::string>& inputs) {
   const fs::path scene = entry(inputs, "scene_file");
   std::vector<std::pair<fs::path, std::string>> files{{scene, io::sha256(entry(inputs, "scene"))}};
-  for (const std::string& line : lines_of(entry(inputs, "inputs"))) {
-    const std::size_t space = std::min(line.rfind(' '), line.size());
-    const std::string name = line.substr(0, space);
-    const fs::path file =
-        name == "--script" ? fs::path(entry(inputs, "script")) : scene.parent_path() / name;
-    files.emplace_back(file, line.substr(std::min(space + 1, line.size())));
+  for (const char* key : {"inputs", "simulator_files"}) {
+    for (const std::string& line : lines_of(entry(inputs, key))) {
+      const std::size_t space = std::min(line.rfind(' '), line.size());
+      const std::string name = line.substr(0, space);
+      const fs::path file =
+          name == "--script" ? fs::path(entry(inputs, "script")) : scene.parent_path() / name;
+      files.emplace_back(file, line.substr(std::min(space + 1, line.size())));
+    }
   }
   return files;
 }

@@ -59,12 +59,13 @@ Results read_run_folder(const std::filesystem::path& folder);
 
 /// Returns what trace.h5 tells of the input of a run, as far as it is there: "scene" (text),
 /// "overrides" (one a line), "scene_file" and "script" (paths), "no_skip" ("yes"), "every" (s
-/// between rows), and "inputs": the other input files, "NAME SHA-256" in each line, with the name
-/// --script for the script. Throws InputError.
+/// between rows), "inputs": the other input files, "NAME SHA-256" in each line, with the name
+/// --script for the script, and "simulator_files": likewise, of another simulator, with whole
+/// paths. Throws InputError.
 std::map<std::string, std::string> inputs_of_run(const std::filesystem::path& folder);
 
 /// Returns the files among these inputs of a run, each with its SHA-256: scene, files that it
-/// names, and script.
+/// names, script, and files of another simulator.
 std::vector<std::pair<std::filesystem::path, std::string>> files_of_run(
     const std::map<std::string, std::string>& inputs);
 

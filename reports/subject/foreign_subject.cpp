@@ -195,6 +195,10 @@ class ForeignSubject final : public Subject {
   void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept override {
     gather(problem_->network().node_count(), v);
   }
+  [[nodiscard]] bool has_finite_state() noexcept override {
+    fetch();
+    return !has_state_ || stale_ || state_.allFinite();
+  }
   [[nodiscard]] double energy() noexcept override {
     if (!has_state_) { return nan; }
     read_coordinates();

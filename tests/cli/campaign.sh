@@ -109,6 +109,7 @@ END
 hash=$("$palpate" campaign job --code)
 LC_ALL=C sed "s/$hash/$(tr 0-9a-f 1-9a-f0 <<<"$hash")/" "$palpate" >palpate-2
 chmod +x palpate-2
+echo exit >sim.sh
 cat >product.toml <<END
 title = "Product"
 scenes = ["oscillator.toml"]
@@ -118,7 +119,7 @@ name = "model"
 subject = "model"
 [[subject]]
 name = "other"
-subject = "exec:true"
+subject = "exec:sh 'sim.sh'"
 END
 "$palpate" campaign plan product.toml --out product >said
 grep -q "^4 jobs" said || fail "$(cat said)"
@@ -127,6 +128,11 @@ grep -q "4 jobs ran, 0 kept, 2 failed, 0 lost" said || fail "$(cat said)"
 "$palpate" campaign merge product --out product.jsonl >said
 refused 1 "report" report product.jsonl --out product-report
 grep -q '"error: --subject: an oscillator is not tissue; a network"' product-report/results.json || fail "no cause"
+echo "# another simulator" >>sim.sh
+refused 2 "sim.sh: was changed since the plan; plan again" run product
+echo exit >sim.sh
+printf '\n' >>palpate-2
+refused 2 "palpate-2: was changed since the plan; plan again" run product
 
 # An input that changed since the plan, and files that are no campaign.
 cp -r two stale

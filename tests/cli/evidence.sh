@@ -157,13 +157,14 @@ cp kept.json ran/summary.json
 refused 2 "summary.json: is not of the same run as trace.h5" evidence judged ran --context context.toml --out no.zip
 refused 2 "context.toml: exists and is not an archive" evidence judged --context context.toml --out context.toml
 
-# Scenes and their files are inputs too, of runs and of campaigns.
+# Scenes, their files and other simulators are inputs too, of runs and of campaigns.
 cp "$scenes"/network-example/*.csv .
 cp "$scenes/network-example/scene.toml" network.toml
-"$palpate" run network.toml --out wired --quiet --no-view >said
+cp "$scenes/../subjects/python/adapter.py" .
+"$palpate" run network.toml --subject "exec:python3 'adapter.py'" --out wired --quiet --no-view >said
 "$palpate" evidence judged speeds.jsonl compared wired --context context.toml --out wired.zip --quiet >said
 "$palpate" verify wired.zip >said || fail "$(cat said)"
-for file in nodes.csv network.toml epidural.toml; do
+for file in nodes.csv network.toml adapter.py epidural.toml; do
   cp "$file" kept.file
   echo "# changed" >>"$file"
   refused 1 "out of date: .*/$file changed since the evidence was made" verify wired.zip

@@ -24,3 +24,12 @@ refuses "$out/network.toml" nodes.csv
 refuses "$out" "$(basename "$out")"
 refuses /dev/null null
 rm -f "$out/garbage" "$out/nodes.csv"
+
+# The value of an unset variable is not an option that was left out.
+for words in "run s.toml --subject" "run" "validate --expected" "verify e.zip --key" "run s.toml --script" "bench --cache"; do
+  status=0
+  # shellcheck disable=SC2086
+  "$palpate" $words "" 2>"$out/stderr" || status=$?
+  [ "$status" -eq 2 ] && grep -q "the value is empty; give one, or leave" "$out/stderr" ||
+    { echo "$words '': exit status $status"; cat "$out/stderr"; exit 1; }
+done

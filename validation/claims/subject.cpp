@@ -987,7 +987,8 @@ void measure_layered(const CaseContext& context, Outcome& outcome) {
               .from = "the model on three grids, grid convergence index (Roache 1998)"});
 }
 
-/// Times of the steps of one run; empty if the subject diverges at once [s].
+/// Times of the steps of one run; empty if the subject diverges at once, or ends with a state that
+/// is not finite [s].
 struct StepTimes {
   std::vector<double> steps{};
   std::vector<double> empty{};  ///< round trips of empty calls
@@ -1007,6 +1008,7 @@ StepTimes time_steps(Subject& subject) {
     times.steps.push_back(subject.step_seconds().value_or(around));
     times.empty.push_back(subject.round_trip());
   }
+  if (!subject.has_finite_state()) { return {}; }
   return times;
 }
 

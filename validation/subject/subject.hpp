@@ -66,6 +66,9 @@ class Subject {
   [[nodiscard]] virtual Eigen::Index dof() const noexcept = 0;
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> position) noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> velocity) noexcept = 0;
+  /// Returns false if the position or velocity of a node, fixed ones included, is not finite.
+  /// Another simulator may be asked for the state of all nodes.
+  [[nodiscard]] virtual bool has_finite_state() noexcept { return true; }
   [[nodiscard]] virtual double energy() noexcept = 0;  ///< [J]
   /// Returns the kinetic, elastic and dissipated energy that the subject itself reports [J]. Only
   /// with PALPATE_CAN_ENERGY.

@@ -92,6 +92,8 @@ static int state_with_fault(palpate_subject* s, double* position, double* veloci
     position[n] *= 1000.0;
     velocity[n] *= 1000.0;
   }
+  for (size_t n = 0; is("nan-velocity") && n < 3 * nodes; ++n) { velocity[n] = NAN; }
+  if (is("infinite-fixed")) { position[0] = INFINITY; }
   return is("claims") ? PALPATE_UNSUPPORTED : status;
 }
 

@@ -103,6 +103,17 @@ TEST("a subject that answers NaN, late, or in millimetres fails") {
   check_verdict("static", "millimetres", Status::fail);
 }
 
+TEST(
+    "a state that is not finite fails every case, also where no record and no free node shows it") {
+  for (const char* fault : {"nan-velocity", "infinite-fixed"}) {
+    for (const char* name :
+         {"first-step", "static", "patch", "chain", "momentum", "energy", "invariance", "rest",
+          "stability", "audit/stiffness", "audit/drawn", "audit/substeps"}) {
+      check_verdict(name, fault, Status::fail);
+    }
+  }
+}
+
 TEST("a subject that ignores the stiffness or keeps that of the first scene fails") {
   check_verdict("audit/stiffness", "stiffness", Status::fail);
   check_verdict("audit/stiffness", "cache", Status::fail);
