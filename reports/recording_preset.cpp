@@ -53,13 +53,13 @@ class Keys {
     if (!found->is_string()) { refuse(std::string(key) + " must be a text"); }
     value = *found;
   }
-  void number(const char* key, double& value, double least) {
+  void number(const char* key, double& value, double least, double most = 1e12) {
     const Json* found = find(key);
     if (found == nullptr) { return; }
     const bool fits = found->is_number() && std::isfinite(found->get<double>());
-    if (!fits || found->get<double>() < least) {
-      refuse(std::string(key) + " = " + found->dump() +
-             "; must be a number >= " + short_number(least));
+    if (!fits || found->get<double>() < least || found->get<double>() > most) {
+      refuse(std::string(key) + " = " + found->dump() + "; must be a number from " +
+             short_number(least) + " to " + short_number(most));
     }
     value = *found;
   }
@@ -202,7 +202,8 @@ RecordingPreset preset_from(const std::string& json, const std::string& place) {
   double rate = 0.0;
   keys.number("rate_hz", rate, 0.0);
   if (rate > 0.0) { preset.read.sample_rate = rate; }
-  keys.number("force_factor", preset.force_factor, -1e12);
+  keys.number("force_factor", preset.force_factor, -1e6, 1e6);
+  if (preset.force_factor == 0.0) { keys.refuse("force_factor = 0; must not be 0"); }
   keys.count("tare_samples", preset.tare_samples, 0);
   if (const Json* contact = keys.find("contact")) {
     preset.contact = contact_from(*contact, place, preset.mean_samples);

@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -94,6 +96,17 @@ inline CLI::Validator number_range(double least, double most) {
     return "Value " + text + " not in range " + range;
   };
   return CLI::Validator(check, "from " + range);
+}
+
+/// Validator for seeds. Without it -1 would become 2^64 - 1.
+inline CLI::Validator seed_range() {
+  const auto check = [](std::string& text) -> std::string {
+    std::uint64_t seed = 0;
+    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), seed);
+    if (problem == std::errc() && end == text.data() + text.size()) { return {}; }
+    return "Value " + text + " is no whole number from 0 to 2^64 - 1";
+  };
+  return CLI::Validator(check, "from 0");
 }
 
 /// Adds an option; `type` names its value in the help text. A list takes one value at each use.

@@ -48,13 +48,16 @@ struct UseDomain {
   std::vector<double> modulus{};  ///< [Pa]
 };
 
+enum class Level { low, medium, high };
+constexpr auto words(Level e) { return in_order(e, "low", "medium", "high"); }
+
 /// Content of context.toml.
 struct EvidenceContext {
   std::string title{};
-  std::string question{};     ///< of interest
-  std::string use{};          ///< context of use
-  std::string influence{};    ///< of the model on the decision
-  std::string consequence{};  ///< of a wrong decision
+  std::string question{};              ///< of interest
+  std::string use{};                   ///< context of use
+  std::optional<Level> influence{};    ///< of the model on the decision
+  std::optional<Level> consequence{};  ///< of a wrong decision
   UseDomain domain{};
   std::vector<EvidenceRequirement> requirements{};
   std::vector<EvidenceFactor> factors{};
@@ -523,6 +526,9 @@ void check_names(const ReadContext& context, const Sources& sources, const std::
   for (const EvidenceRequirement& one : context.of.requirements) {
     if (!ids.insert(one.id).second) {
       throw InputError(file + ": requirement " + one.id + ": its id is used twice; one of its own");
+    }
+    if (one.cases.empty()) {
+      throw InputError(file + ": requirement " + one.id + ": cases = []; at least one case");
     }
     for (const std::string& pattern : one.cases) {
       if (!matching(sources, {pattern}).empty()) { continue; }

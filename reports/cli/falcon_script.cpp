@@ -39,6 +39,7 @@ namespace palpate::io {
 using namespace device::falcon;
 
 constexpr Key seconds{.unit = "s", .range = range::non_negative};
+constexpr Key delay{.unit = "s", .range = range::from_to(0.0, 60.0)};
 
 template <class Visitor> void read_button(Visitor& v, Buttons& buttons, const Key& key) {
   std::optional<cli::ButtonName> name;
@@ -53,8 +54,8 @@ template <class Visitor> void fields(Visitor& v, LinkFault& f) {
   v.value("probability", f.probability, {.range = range::share});
   v.value("start", f.start, seconds);
   v.value("end", f.end, {.unit = "s", .range = range::positive});
-  v.value("latency", f.latency, seconds);
-  v.value("jitter", f.jitter, seconds);
+  v.value("latency", f.latency, delay);
+  v.value("jitter", f.jitter, delay);
   v.value("run", f.run, {.range = range::at_least(1)});
   v.value("leg", f.leg, {.range = range::at_least(1)});
   read_button(v, f.buttons, {});

@@ -178,7 +178,7 @@ std::vector<std::vector<Outcome>> run_variants(const ApproveOptions& options,
   std::vector<std::vector<Outcome>> variants;
   for (const std::string& environment : environments) {
     const io::ScratchFolder scratch;
-    std::vector<std::string> words{timing::find_program("env").string(),
+    std::vector<std::string> words{"/usr/bin/env",
                                    environment,
                                    timing::own_program().string(),
                                    "run",

@@ -130,6 +130,7 @@ void add_steps(Program& program) {
       ->check(CLI::Range(1, 100000))
       ->needs(beside);
   add_value(command, "--seed", options.seed, "N", "seed of the order within pairs [1]")
+      ->check(seed_range())
       ->needs(beside);
   command.add_flag("--head-first", options.head_first, "load the second library first")
       ->needs(beside);

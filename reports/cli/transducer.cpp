@@ -182,7 +182,7 @@ void add_transducer(Program& program) {
   add_chance("--burst", options.burst, "start a burst of corrupted bytes");
   command.add_option("--burst-bytes", options.burst_bytes, "number of bytes of a burst [20]")
       ->check(CLI::Range(1, 1000000));
-  command.add_option("--seed", options.seed, "seed of the faults [1]");
+  command.add_option("--seed", options.seed, "seed of the faults [1]")->check(seed_range());
   command.add_flag("--battery-low", options.battery_low, "set the low-battery flag in every frame");
   command.footer(
       "One of --pty and --stdio is needed. 8 bytes a sample, 120 samples/s (docs/formats.md).\n"

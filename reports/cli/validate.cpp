@@ -586,7 +586,8 @@ std::vector<const Outcome*> apply_expected(const std::vector<ExpectedFailure>& e
 
 void add_seed(CLI::App& command, ValidateOptions& options) {
   add_value(command, "--seed", options.seed, "SEED",
-            "seed of the scenes that are drawn at run time, to repeat them [another in every run]");
+            "seed of the scenes that are drawn at run time, to repeat them [another in every run]")
+      ->check(seed_range());
 }
 
 void add_cache(CLI::App& command, ValidateOptions& options) {
@@ -928,7 +929,8 @@ void add_validate(Program& program) {
       ->check(CLI::Range(1, 1024));
   add_value(command, "--order", options.order, "SEED",
             "put nodes and springs in a random order with this seed, to show the effect of "
-            "rounding (docs/gate.md)");
+            "rounding (docs/gate.md)")
+      ->check(seed_range());
   add_value(command, "--data", options.data, "DIR", "folder of data outside the project");
   add_shard(command, options.shard_text, "cases");
   add_subject_options(command, options.subject);

@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <iterator>
 #include <map>
 #include <set>
@@ -639,15 +640,59 @@ struct CommandWords {
   std::vector<std::string> options{};
 };
 
-/// Splits a command line, without options that do not affect judged results.
+/// Splits a command line at its spaces, but not within quotes.
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> words;
+  bool quoted = false;
+  bool begins = true;
+  for (std::size_t n = 0; n < line.size(); ++n) {
+    const char c = line[n];
+    if (c == ' ' && !quoted) {
+      begins = true;
+      continue;
+    }
+    if (std::exchange(begins, false)) { words.emplace_back(); }
+    if (c == '\'') {
+      quoted = !quoted;
+    } else if (c == '\\' && !quoted && n + 1 < line.size()) {
+      words.back() += line[++n];
+    } else {
+      words.back() += c;
+    }
+  }
+  return words;
+}
+
+/// Returns a command with the last part of every path in it, wherever the files are.
+std::string without_folders(const std::string& command) {
+  std::istringstream words(command);
+  std::string all;
+  for (std::string word; words >> word;) {
+    all += (all.empty() ? "" : " ") + word.substr(word.find_last_of('/') + 1);
+  }
+  return all;
+}
+
+/// Returns JSON without the spaces between its parts.
+std::string without_spaces(const std::string& json) {
+  std::string all;
+  bool in_text = false;
+  for (std::size_t n = 0; n < json.size(); ++n) {
+    if (json[n] == '"' && (n == 0 || json[n - 1] != '\\')) { in_text = !in_text; }
+    if (in_text || std::isspace(static_cast<unsigned char>(json[n])) == 0) { all += json[n]; }
+  }
+  return all;
+}
+
+/// Splits a command line, without options and folders that do not affect judged results.
 CommandWords words_of(const std::string& line) {
-  std::istringstream stream(line);
   CommandWords words;
-  stream >> words.command;
-  std::string word;
-  stream >> word;
-  words.command += ' ' + word;
-  while (stream >> word) {
+  std::size_t number = 0;
+  for (const std::string& word : split(line)) {
+    if (number++ < 2) {
+      words.command += (number == 1 ? "" : " ") + word;
+      continue;
+    }
     std::vector<std::string>& list =
         words.options.empty() && !word.starts_with('-') ? words.cases : words.options;
     list.push_back(word);
@@ -661,14 +706,17 @@ CommandWords words_of(const std::string& line) {
   remove("--no-skip", 1);
   remove("--in-process", 1);
   remove("--subject-time-limit", 2);
+  remove("--subject-memory-limit", 2);
+  const auto change = [&words](const std::string& option, auto changed) {
+    const auto at = std::ranges::find(words.options, option);
+    if (std::distance(at, words.options.end()) > 1) { *std::next(at) = changed(*std::next(at)); }
+  };
+  change("--subject-options", without_spaces);
+  change("--subject", without_folders);
+  change("--expected", without_folders);
   remove("--subject-options", 2, "{}");
   remove("--seed", 2);  // of scenes that are drawn anew at every run
   remove("--subject", 2, "model");
-  const auto subject = std::ranges::find(words.options, "--subject");
-  if (std::distance(subject, words.options.end()) > 1 &&
-      std::next(subject)->find(':') == std::string::npos) {  // a library, wherever it is
-    *std::next(subject) = std::filesystem::path(*std::next(subject)).filename();
-  }
   std::ranges::sort(words.cases);
   words.cases.erase(std::ranges::unique(words.cases).begin(), words.cases.end());
   return words;

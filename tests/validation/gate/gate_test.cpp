@@ -296,6 +296,17 @@ TEST("command lines agree in any order of cases, and without options that change
   const std::string with_library = accepted + " --subject build/simulator.so";
   CHECK(command_problem(with_library, accepted + " --subject /tmp/simulator.so", false).empty());
   CHECK(!command_problem(with_library, accepted + " --subject build/other.so", false).empty());
+  const std::string with_command = accepted + " --subject 'exec:python3 a/sim.py'";
+  CHECK(command_problem(with_command + " --expected known.toml --subject-options '{\"a\":1}'",
+                        accepted + " --subject 'exec:python3 /b/sim.py' --expected /c/known.toml "
+                                   "--subject-options '{\"a\": 1}' --subject-memory-limit 99",
+                        false)
+            .empty());
+  CHECK(!command_problem(with_command, accepted + " --subject 'exec:python3 a/other.py'", false)
+             .empty());
+  CHECK(!command_problem(with_command + " --subject-options '{\"a b\":1}'",
+                         with_command + " --subject-options '{\"ab\":1}'", false)
+             .empty());
   for (const char* other :
        {"palpate bench a b/c --quick --order 3", "palpate validate a b/c --order 3",
         "palpate validate a b/c --quick --order 4",
