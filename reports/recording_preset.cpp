@@ -110,6 +110,21 @@ ContactRule contact_from(const Json& json, const std::string& place, std::size_t
   return rule;
 }
 
+/// Names of the fields {NAME} of a text. Throws InputError that begins with the key.
+std::vector<std::string> field_names(const std::string& text, const char* key, const Keys& keys) {
+  std::vector<std::string> names;
+  for (std::size_t at = 0; (at = text.find_first_of("{}", at)) != text.npos;) {
+    const std::size_t end = text.find_first_of("{}", at + 1);
+    if (text[at] == '}' || end == text.npos || text[end] == '{' || end == at + 1) {
+      keys.refuse(std::string(key) + " = \"" + io::printable(text) +
+                  "\"; every field must be {NAME}");
+    }
+    names.push_back(text.substr(at + 1, end - at - 1));
+    at = end + 1;
+  }
+  return names;
+}
+
 /// Fields of a file name by the names in the pattern; empty if the name does not match. A field
 /// ends where the text after it in the pattern first occurs.
 std::map<std::string, std::string> fields_of(std::string_view pattern, std::string_view name) {
@@ -211,6 +226,14 @@ RecordingPreset preset_from(const std::string& json, const std::string& place) {
   keys.text("file_name", preset.file_name);
   keys.text("group", preset.group);
   keys.text("subject", preset.subject);
+  const std::vector<std::string> known = field_names(preset.file_name, "file_name", keys);
+  for (const auto& [key, text] :
+       {std::pair("group", preset.group), std::pair("subject", preset.subject)}) {
+    for (const std::string& name : field_names(text, key, keys)) {
+      if (std::ranges::find(known, name) != known.end()) { continue; }
+      keys.refuse(std::string(key) + ": {" + io::printable(name) + "} is no field of file_name");
+    }
+  }
   keys.no_others();
   return preset;
 }

@@ -246,7 +246,8 @@ std::string code_of(const std::string& program) {
   const timing::ChildEnd end = timing::run_child({program, "campaign", "job", "--code"}, nullptr);
   const std::string code = end.output.substr(0, end.output.find('\n'));
   if (end.status == 0 && code.size() == digits) { return code; }
-  throw InputError(program + ": is no palpate with campaigns: " + end.last_words() +
+  throw InputError(program + ": is no palpate with campaigns" +
+                   (end.last_words().empty() ? "" : ": " + end.last_words()) +
                    "; the path of such a program");
 }
 

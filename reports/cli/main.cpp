@@ -6,12 +6,14 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <fcntl.h>
 #include <filesystem>
 #include <new>
 #include <span>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <unistd.h>
 
 #include "fixtures/io/child_read.hpp"
 #include "fixtures/io/file_bytes.hpp"
@@ -23,6 +25,14 @@ namespace {
 
 using namespace palpate;
 using namespace palpate::cli;
+
+/// Takes the numbers of closed standard streams, which files of results would get. What is written
+/// to a closed standard output fails, as to a full disk.
+void occupy_standard_streams() {
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
+    if (fcntl(stream, F_GETFD) == -1) { (void)!open("/dev/null", O_RDONLY); }
+  }
+}
 
 /// Words of the command line that have line breaks.
 std::vector<std::string> broken_words{};
@@ -119,6 +129,7 @@ const std::vector<Task>& tasks() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  occupy_standard_streams();
   catch_interrupts();
   Program program;
   CLI::App& app = program.app;

@@ -364,8 +364,13 @@ class LiveServer::Core::Visit : public std::enable_shared_from_this<Visit> {
     const auto& request = parser_.get();
     const std::string_view target = view_of(request.target());
     const auto field = [&](http::field name) { return view_of(request[name]); };
-    if (!core_.gate_.allows_host(field(http::field::host))) {
+    if (request.count(http::field::host) != 1 ||
+        !core_.gate_.allows_host(field(http::field::host))) {
       return refuse(http::status::forbidden, "unknown host");
+    }
+    if (request.count(http::field::origin) > 0 &&
+        !core_.gate_.allows_origin(field(http::field::origin))) {
+      return refuse(http::status::forbidden, "unknown origin");
     }
     if (request.method() != http::verb::get) {
       return refuse(http::status::method_not_allowed, "only GET");

@@ -33,3 +33,9 @@ for words in "run s.toml --subject" "run" "validate --expected" "verify e.zip --
   [ "$status" -eq 2 ] && grep -q "the value is empty; give one, or leave" "$out/stderr" ||
     { echo "$words '': exit status $status"; cat "$out/stderr"; exit 1; }
 done
+
+# A closed standard output fails, and its number goes to no file of results.
+status=0
+"$palpate" validate oscillator/figure-6 --quick --no-skip --json --out "$out/closed" >&- 2>"$out/stderr" || status=$?
+[ "$status" -eq 3 ] && grep -q "standard output cannot be written" "$out/stderr" && ! grep -q '"cases"' "$out/stderr" ||
+  { echo "closed standard output: exit status $status"; cat "$out/stderr"; exit 1; }

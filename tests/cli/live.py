@@ -136,6 +136,7 @@ def refusals(live):
         status = live.status("/socket?token=" + live.token, Origin=origin, Upgrade="websocket", Connection="Upgrade",
                              **{"Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==", "Sec-WebSocket-Version": "13"})
         expect(status == 403, "origin " + origin + " is refused")
+        expect(live.status(page, Origin=origin) == 403, "the page is refused to origin " + origin)
     other = socket.socket()
     addresses = [line.split()[1] for line in open("/proc/net/tcp").readlines()[1:] if line.split()[3] == "0A"]
     expect(f"0100007F:{live.port:04X}" in addresses, "it listens on 127.0.0.1")

@@ -97,6 +97,12 @@ TEST("a preset that is not as described is refused with its reason") {
   } const rows[] = {
       {"{", "rig.json:1: ends in the middle of its JSON"},
       {"[]", "rig.json: must be an object"},
+      {R"({"force_factor": 0})", "force_factor = 0; must not be 0"},
+      {R"({"force_factor": 1e7})", "force_factor = 10000000.0; must be a number from"},
+      {R"({"file_name": "{a"})", "file_name = \"{a\"; every field must be {NAME}"},
+      {R"({"file_name": "a}"})", "every field must be {NAME}"},
+      {R"({"file_name": "{}"})", "every field must be {NAME}"},
+      {R"({"file_name": "{a}", "group": "{b}"})", "group: {b} is no field of file_name"},
       {R"({"colums": {}})", "unknown key \"colums\"; did you mean columns"},
       {R"({"columns": ["a"]})", "columns must be an object of texts, NAME: ROLE"},
       {R"({"columns": {"a": 1}})", "the role of a must be a text"},

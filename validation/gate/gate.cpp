@@ -824,22 +824,22 @@ GateResult compare(const Baseline& baseline, const Candidate& candidate,
       !problem.empty()) {
     result.faults.push_back(std::move(problem));
   }
-  std::set<std::string> met;
+  std::map<std::string_view, const Outcome*> of_name;
   for (const Outcome& outcome : candidate.outcomes) {
-    if (!met.insert(outcome.name).second) {
+    if (!of_name.emplace(outcome.name, &outcome).second) {
       result.faults.push_back(outcome.name + " is twice in the results");
     }
   }
-  met.clear();
+  std::set<std::string> met;
   for (const AcceptedCase& accepted : baseline.cases) {
     const std::string& name = accepted.outcome.name;
     if (!wanted(name)) { continue; }
     met.insert(name);
-    const auto found = std::ranges::find(candidate.outcomes, name, &Outcome::name);
+    const auto found = of_name.find(name);
     result.cases.push_back(
-        found == candidate.outcomes.end()
+        found == of_name.end()
             ? concluded(accepted.outcome, {broken("", "is missing from the results")})
-            : compare_case(accepted, comparable(*found)));
+            : compare_case(accepted, comparable(*found->second)));
   }
   for (const Outcome& outcome : candidate.outcomes) {
     if (!wanted(outcome.name) || !met.insert(outcome.name).second) { continue; }
