@@ -170,6 +170,7 @@ struct SimulationSettings {
   std::optional<int> substeps{};    ///< integrator steps per tick; empty: automatic
   std::string integrator = "auto";  ///< name in integrators(), or "auto"
   double solver_tolerance = 0.0;    ///< relative tolerance of implicit schemes; 0: rounding
+  int solver_corrections = 0;       ///< after which their steps end if they converge; 0: no limit
   Precision precision = Precision::double_precision;  ///< of the integrator
   int threads = 1;                                    ///< upper limit for a regular lattice
   double sleep_force = 0.0;  ///< limit of all force withheld on sleeping nodes [N]; 0: none sleeps

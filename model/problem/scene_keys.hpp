@@ -239,6 +239,10 @@ template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s)
           {"1", range::from_to_below(0, 1),
            "Implicit integrators: error left in the change of velocity of a step, relative; 0: "
            "rounding error only"});
+  v.value("solver_corrections", s.solver_corrections,
+          {"", range::from_to(0, 1000),
+           "Implicit integrators: corrections after which a step ends while they decrease; 0: when "
+           "the tolerance is met"});
   v.value("precision", s.precision,
           {.doc = "Precision of the steps; the reference always uses double"});
   v.value("threads", s.threads,

@@ -277,7 +277,11 @@ constexpr double still_good = 0.05;
 template <class Real> class ImplicitScheme : public Integrator<Real> {
  public:
   explicit ImplicitScheme(double theta) : theta_(theta) {}
-  void set_tolerance(double relative) noexcept override { tolerance_ = relative; }
+  void set_tolerance(double relative, int most_corrections) noexcept override {
+    tolerance_ = relative;
+    most_corrections_ = most_corrections;
+  }
+  [[nodiscard]] LimitedSteps limited_steps() const noexcept override { return limited_; }
   void prepare(System<Real>& system, const State<Real>& state, double h) override {
     const Eigen::Index n = system.dof();
     for (Vector<Real>* work : {&change_, &stage_q_, &stage_v_, &force_, &residual_, &correction_,
@@ -449,6 +453,12 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
       change_ += correction_;
       rate_alone_ = rate_after(n, rate_alone_, std::max(size / last, ratio));
       if (is_settled(state, th, size, last, rate_alone_) || at_rounding) { return true; }
+      if (most_corrections_ > 0 && n + 1 >= most_corrections_ && size < last) {
+        ++limited_.count;
+        limited_.largest_correction =
+            std::max(limited_.largest_correction, static_cast<double>(size / scale_));
+        return true;
+      }
       last = size;
     }
     return false;
@@ -493,7 +503,9 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
   }
 
   double theta_;
-  double tolerance_ = 0.0;     ///< relative tolerance of the velocity change in a step; 0: rounding
+  double tolerance_ = 0.0;    ///< relative tolerance of the velocity change in a step; 0: rounding
+  int most_corrections_ = 0;  ///< of a step of Anderson's iteration; 0: no limit
+  LimitedSteps limited_{};
   Real rate_ = Real(1);        ///< contraction rate with the Jacobian
   Real rate_alone_ = Real(1);  ///< contraction rate of Anderson's iteration
   Real scale_ = Real(0);       ///< velocities to which the tolerance is relative [m/s]

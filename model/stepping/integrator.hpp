@@ -17,7 +17,9 @@ template <class Real> class Integrator {
   /// Allocates the workspace for steps of about h [s]; called once, before the first step.
   virtual void prepare(System<Real>& system, const State<Real>& state, double h) = 0;
   /// Sets the relative error at which an iterative scheme stops; 0, the default: rounding error.
-  virtual void set_tolerance(double /*relative*/) noexcept {}
+  /// `most_corrections` ends a step whose corrections decrease; 0, the default: no limit.
+  virtual void set_tolerance(double /*relative*/, int /*most_corrections*/) noexcept {}
+  [[nodiscard]] virtual LimitedSteps limited_steps() const noexcept { return {}; }
   /// Converts initial values to the state of the scheme, e.g. to the velocity at the half step.
   virtual void start(System<Real>& /*system*/, State<Real>& /*state*/, double /*t*/,
                      double /*h*/) noexcept {}

@@ -9,6 +9,12 @@
 
 namespace palpate {
 
+/// Steps of an iterative scheme that its limit of corrections ended.
+struct LimitedSteps {
+  long count = 0;
+  double largest_correction = 0.0;  ///< the last one of a step, over the largest velocity
+};
+
 template <class Real> class Integrator;
 
 /// Properties of a scheme. Orders refer to the error at a fixed time against the exact solution.

@@ -42,6 +42,7 @@ class Simulation::Core {
   [[nodiscard]] virtual Relaxed relaxed_spring(int number) const noexcept = 0;
   [[nodiscard]] virtual Relaxed relaxed_cell(int number) const noexcept = 0;
   [[nodiscard]] virtual int zero_length_springs() const noexcept = 0;
+  [[nodiscard]] virtual LimitedSteps limited_steps() const noexcept = 0;
   [[nodiscard]] virtual double awake_share() const noexcept = 0;
   [[nodiscard]] virtual std::size_t memory_bytes() const noexcept = 0;
   void sample(std::span<double> row) noexcept;
@@ -276,7 +277,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     }
     bound_ += state_.position.template lpNorm<Eigen::Infinity>();
     integrator_ = plan.integrator->template make<Real>();
-    integrator_->set_tolerance(scene.simulation.solver_tolerance);
+    integrator_->set_tolerance(scene.simulation.solver_tolerance,
+                               scene.simulation.solver_corrections);
     integrator_->prepare(stepped(), state_, update_length_);
     if (relaxes_) { network_->remember(0.0, state_.position); }  // prepare() was about a stage
     find_relaxing();
@@ -383,6 +385,9 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   }
   [[nodiscard]] Relaxed relaxed_cell(int number) const noexcept override {
     return network_->relaxed_cell(number);
+  }
+  [[nodiscard]] LimitedSteps limited_steps() const noexcept override {
+    return integrator_->limited_steps();
   }
   [[nodiscard]] int zero_length_springs() const noexcept override {
     return network_ != nullptr ? network_->zero_length_springs(state_.position) : 0;
@@ -570,6 +575,7 @@ void Simulation::coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept {
 void Simulation::velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept { core_->velocities(v); }
 double Simulation::energy() noexcept { return core_->energy(); }
 int Simulation::zero_length_springs() const noexcept { return core_->zero_length_springs(); }
+LimitedSteps Simulation::limited_steps() const noexcept { return core_->limited_steps(); }
 std::size_t Simulation::spring_count() const noexcept { return core_->spring_count; }
 double Simulation::awake_share() const noexcept { return core_->awake_share(); }
 std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }

@@ -73,6 +73,8 @@ class Simulation {
   /// Current state of the tool; zero without a tool.
   [[nodiscard]] ToolReport tool() noexcept;
   [[nodiscard]] int zero_length_springs() const noexcept;
+  /// Steps that `simulation.solver_corrections` ended.
+  [[nodiscard]] LimitedSteps limited_steps() const noexcept;
   [[nodiscard]] std::size_t spring_count() const noexcept;  ///< number of springs that are computed
   /// Fraction of the movable rows that is currently integrated; 1 if no row may sleep.
   [[nodiscard]] double awake_share() const noexcept;

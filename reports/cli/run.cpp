@@ -224,12 +224,12 @@ std::vector<ErrorSource> error_sources(const LoadedScene& loaded) {
     }
   }
   const double tolerance = scene.simulation.solver_tolerance;
-  if (!implicit || !(tolerance > 0.0)) {
+  if (!implicit || (tolerance == 0.0 && scene.simulation.solver_corrections == 0)) {
     solver.share = 0.0;
     solver.obstacle = implicit ? "its equations are solved to rounding error"
                                : "an explicit scheme solves no equations";
   } else {
-    solver.overrides = {"simulation.solver_tolerance=0.0"};
+    solver.overrides = {"simulation.solver_tolerance=0.0", "simulation.solver_corrections=0"};
     solver.how = "equations solved to rounding error in place of " + plain_number(tolerance, 3);
     solver.cost = 2.0;
   }
@@ -586,6 +586,11 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
            "wall_s", trace.seconds, "slowest_tick_s", trace.slowest_tick, "ns_per_spring_step",
            run.ns_per_spring_step(simulation.spring_count()), "kernel",
            run.subject ? run.subject->carrier : plan.kernel);
+  if (loaded.file.scene.simulation.solver_corrections > 0 && !run.subject) {
+    const LimitedSteps limited = simulation.limited_steps();
+    add_keys(json, "limited_steps", limited.count, "largest_last_correction",
+             limited.largest_correction);
+  }
   if (plan.sleep_force > 0.0 && !run.subject) { json["awake_share"] = simulation.awake_share(); }
   add_keys(json, "skipped", run.subject ? std::vector<std::string>{} : plan.skipped, "warnings",
            run.warnings, "zero_length_springs", simulation.zero_length_springs(), "energy",
@@ -683,6 +688,14 @@ Fact punctuality(const FinishedRun& run) {
 
 void add_cost_facts(std::vector<Fact>& facts, const LoadedScene& loaded, const FinishedRun& run) {
   const double simulated = run.trace.time.back();
+  const int most = loaded.file.scene.simulation.solver_corrections;
+  if (const LimitedSteps limited = loaded.simulation().limited_steps(); most > 0 && !run.subject) {
+    facts.push_back({"steps ended by the limit of " + std::to_string(most) + " corrections",
+                     std::to_string(limited.count) + " of " + std::to_string(run.trace.steps),
+                     "their last correction: at most " +
+                         short_number(100.0 * limited.largest_correction, 2) +
+                         " % of the largest velocity"});
+  }
   facts.push_back({"wall time", quantity(run.trace.seconds, "s"),
                    "for " + quantity(simulated, "s") + " simulated; slowest tick " +
                        quantity(1e3 * run.trace.slowest_tick, "ms")});

@@ -238,6 +238,7 @@ Scene with_finer_cells(Scene scene, double pieces) {
 Scene with_every_node(Scene scene, double tolerance, const std::string& integrator) {
   scene.simulation.near_radius = 0.0;
   scene.simulation.solver_tolerance = tolerance;
+  scene.simulation.solver_corrections = 0;
   scene.simulation.integrator = integrator;
   return scene;
 }
@@ -266,6 +267,7 @@ std::vector<Way> ways_of(const Scene& shipped) {
   doubled.simulation.step *= 2.0;
   Scene solved = shipped;
   solved.simulation.solver_tolerance = 0.0;
+  solved.simulation.solver_corrections = 0;
   const double tolerance = shipped.simulation.solver_tolerance;
   std::vector<Way> ways{{.name = "shipped", .scene = shipped, .repeats = 5},
                         {.name = "two steps a tick", .source = "step", .scene = halved},
@@ -467,6 +469,7 @@ void measure_scene(const Scene& given, const CaseContext& context, Outcome& outc
   Scene whole = scene;
   whole.simulation.near_radius = 0.0;
   whole.simulation.solver_tolerance = 0.0;
+  whole.simulation.solver_corrections = 0;
   whole.simulation.sleep_force = 0.0;
   whole.simulation.precision = Precision::double_precision;
   const TimedInsertion truth = insert(whole);

@@ -148,6 +148,33 @@ TEST("a force after a rest is solved as accurately as one at the start") {
   }
 }
 
+TEST("a limit of corrections bounds each step, and what it leaves decays in those that follow") {
+  const auto run_with = [](int corrections, LimitedSteps& limited, Eigen::Vector3d& begin) {
+    Scene scene = implicit_scene(0.2, "implicit-euler");
+    scene.simulation.solver_corrections = corrections;
+    scene.loads = {{.nodes = {4}, .force = {0.1, 0.2, 0.3}}};
+    Simulation simulation(scene, pushed_lattice(0.0));
+    while (simulation.ticks() < simulation.tick_count()) {
+      CHECK(simulation.tick() == StepStatus::ok);
+      if (simulation.ticks() == 10) { begin = simulation.node_positions().col(4); }
+    }
+    limited = simulation.limited_steps();
+    return Eigen::Vector3d(simulation.node_positions().col(4));
+  };
+  LimitedSteps none, few;
+  Eigen::Vector3d begin, begin_limited;
+  const Eigen::Vector3d end = run_with(0, none, begin);
+  const Eigen::Vector3d end_limited = run_with(3, few, begin_limited);
+  CHECK(none.count == 0);
+  CHECK(none.largest_correction == 0.0);
+  CHECK(few.count > 0);
+  CHECK(few.largest_correction > 0.0);
+  const double moved = (end - pushed_lattice(0.0).rest_position.col(4)).norm();
+  CHECK((begin_limited - begin).norm() > 1e-9 * moved);  // the limit acts
+  CHECK_NEAR(begin_limited, begin, 0.05 * moved);
+  CHECK_NEAR(end_limited, end, 1e-9 * moved);  // both are at rest
+}
+
 /// Stiff blocks in soft tissue that is compressed to half its height and buckles: strongly
 /// nonlinear in every step.
 StepStatus press_mixed_block(double force) {
