@@ -199,6 +199,17 @@ class ForeignSubject final : public Subject {
     fetch();
     return !has_state_ || stale_ || state_.allFinite();
   }
+  [[nodiscard]] Eigen::Vector2d fixed_motion() noexcept override {
+    fetch();
+    Eigen::Vector2d most(0.0, 0.0);
+    const SpringNetwork& network = problem_->network();
+    for (int node = 0; has_state_ && node < network.node_count(); ++node) {
+      if (!network.is_fixed(node)) { continue; }
+      const Eigen::Vector3d away = position(node) - problem_->held_position().col(node);
+      most = most.cwiseMax(Eigen::Vector2d(away.norm(), velocity(node).norm()));
+    }
+    return most;
+  }
   [[nodiscard]] double energy() noexcept override {
     if (!has_state_) { return nan; }
     read_coordinates();

@@ -308,6 +308,99 @@ void measure_chain(const CaseContext& context, Outcome& outcome) {
                             " of the amplitude in a period, more than any other scheme");
 }
 
+/// Share of the amplitude that a damped chain keeps over half a period.
+double kept_amplitude(const Trace& trace, const std::vector<double>& z) {
+  const auto lowest = std::ranges::min_element(z) - z.begin();
+  if (lowest < 1 || lowest + 1 >= static_cast<std::ptrdiff_t>(trace.rows())) {
+    return std::nan("");
+  }
+  // Vertex of the parabola through the three lowest points.
+  const auto at = [&](std::ptrdiff_t n) { return z[static_cast<std::size_t>(lowest + n)]; };
+  const double slope = 0.5 * (at(1) - at(-1));
+  const double bend = at(1) - 2.0 * at(0) + at(-1);
+  return -(at(0) - 0.5 * slope * slope / bend) / z.front();
+}
+
+/// A wrong viscosity changes the decay of a mode. What the scheme adds falls with the step and is
+/// removed by Richardson's extrapolation from two steps.
+void measure_damping(const CaseContext& context, Outcome& outcome) {
+  if (context.make_subject()->facts().replayed) { throw CannotDo("a trace has one step"); }
+  constexpr int masses = 5;
+  constexpr double k = 200.0;
+  constexpr double m = 1e-3;
+  constexpr double spacing = 0.01;
+  constexpr double ratio = 0.1;  // of the first mode
+  const double angle = std::numbers::pi / (2.0 * (2.0 * masses + 1.0));
+  const double omega = 2.0 * std::sqrt(k / m) * std::sin(angle);
+  SpringNetwork network;
+  network.rest_position.setZero(3, masses + 1);
+  network.initial_displacement.setZero(3, masses + 1);
+  network.mass.setConstant(masses + 1, m);
+  network.fixed.assign(masses + 1, 0);
+  network.fixed.front() = 1;
+  for (int n = 1; n <= masses; ++n) {
+    network.rest_position(2, n) = n * spacing;
+    network.initial_displacement(2, n) = 1e-3 * std::sin(2.0 * angle * n);
+    network.springs.push_back({n - 1, n, k, 2.0 * ratio / omega * k, spacing});
+  }
+  const double period = 2.0 * std::numbers::pi / omega / std::sqrt(1.0 - ratio * ratio);
+  std::array<double, 2> decay{};
+  for (const std::size_t finer : {0U, 1U}) {
+    const double h = period / (finer == 0 ? 1000.0 : 2000.0);
+    Scene scene = scene_of(simplest_scheme, h, 0.6 * period);
+    scene.records = {{.name = "end", .where = masses}};
+    const Trace trace = run_whole(outcome, context, scene, &network, SampleOptions{});
+    std::vector<double> z = trace.values("end.z_m");
+    for (double& each : z) { each -= masses * spacing; }
+    decay[finer] = -std::log(kept_amplitude(trace, z));
+  }
+  const double exact = std::numbers::pi * ratio / std::sqrt(1.0 - ratio * ratio);
+  outcome.judge_near(
+      "decay_over_exact", (2.0 * decay[1] - decay[0]) / exact, 1.0, 0.02,
+      "closed form of a mode with a damping ratio of 0.1; what steps of a thousandth "
+      "and half of it add to the second order is below 1 %");
+  outcome.report("decay_over_exact_at_the_larger_step", decay[0] / exact);
+}
+
+/// Fixed nodes among moving ones, in a drawn order, some of them displaced from the start.
+void measure_fixed_nodes(const CaseContext& context, Outcome& outcome) {
+  require(context, PALPATE_CAN_STATE | PALPATE_CAN_FIXED_NODES);
+  Scene scene = s26_scene(5, 1e-3, 0.05);
+  SpringNetwork network = build_network(scene);
+  scene.tissue.source = Source::network;
+  scene.tissue.fixed = std::vector<Face>{};
+  const int pulled = pulled_node(5);
+  for (const int node : {62, 77, 88}) {
+    if (node != pulled) { network.fixed[static_cast<std::size_t>(node)] = 1; }
+  }
+  (void)renumber(network, scene, 13);
+  const std::unique_ptr<Subject> subject = context.make_subject();
+  subject->load(scene, network, context.skip);
+  Largest distance;
+  Largest speed;
+  const auto look = [&] {
+    const Eigen::Vector2d motion = subject->fixed_motion();
+    distance.add(motion.x());
+    speed.add(motion.y());
+  };
+  look();
+  for (long n = 0; n < subject->tick_count(); ++n) {
+    const StepStatus status = subject->step({});
+    if (const std::string failure = subject->failure(); !failure.empty()) {
+      throw SubjectFailure(failure);
+    }
+    if (status == StepStatus::diverged) { break; }
+    look();
+  }
+  outcome.judge_true("every_run_ends",
+                     subject->ticks() == subject->tick_count() && subject->has_finite_state(),
+                     "the subject diverged, or answered a number that is not finite");
+  outcome.judge_at_most("distance_of_a_fixed_node_from_its_place", distance.value(), 1e-8,
+                        "law: it never moves; single precision of a coordinate of 40 mm keeps 2 nm",
+                        "m");
+  outcome.judge_at_most("speed_of_a_fixed_node", speed.value(), 0.0, "law: it never moves", "m/s");
+}
+
 /// Block without supports, with random velocities.
 SpringNetwork free_block(double viscosity, double speed) {
   networks::Block block{.nodes = {4, 4, 4}, .spacing = 0.01};
@@ -1109,6 +1202,11 @@ std::vector<Case> cases() {
           measure_patch, 0.3),
       any("chain", "accuracy", "A fixed-free chain oscillates in its first mode as in closed form.",
           measure_chain, 0.1),
+      any("damping", "accuracy",
+          "A damped chain loses the amplitude of its first mode as in closed form.",
+          measure_damping, 0.1),
+      any("fixed-nodes", "accuracy", "Fixed nodes never move, wherever they are in the list.",
+          measure_fixed_nodes, 0.1),
       any("momentum", "accuracy", "Springs and dampers between free masses keep their momentum.",
           measure_momentum, 0.2),
       any("energy", "stability", "An undamped block gains no energy in a thousand steps.",

@@ -69,6 +69,8 @@ class Subject {
   /// Returns false if the position or velocity of a node, fixed ones included, is not finite.
   /// Another simulator may be asked for the state of all nodes.
   [[nodiscard]] virtual bool has_finite_state() noexcept { return true; }
+  /// Returns how far a fixed node is from its place [m], and how fast it is [m/s], at most.
+  [[nodiscard]] virtual Eigen::Vector2d fixed_motion() noexcept { return {0.0, 0.0}; }
   [[nodiscard]] virtual double energy() noexcept = 0;  ///< [J]
   /// Returns the kinetic, elastic and dissipated energy that the subject itself reports [J]. Only
   /// with PALPATE_CAN_ENERGY.

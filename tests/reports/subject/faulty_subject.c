@@ -50,6 +50,7 @@ static int load_with_fault(const char* folder, const char* options, palpate_subj
   if (is("stiffness") && s->springs > 0) {
     for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = 50.0; }
   }
+  for (size_t n = 0; is("viscosity") && n < s->springs; ++n) { s->viscosity[n] *= 1.05; }
   if (is("cache") && s->springs > 0) {
     if (kept_stiffness < 0.0) { kept_stiffness = s->stiffness[0]; }
     for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = kept_stiffness; }
@@ -94,6 +95,10 @@ static int state_with_fault(palpate_subject* s, double* position, double* veloci
   }
   for (size_t n = 0; is("nan-velocity") && n < 3 * nodes; ++n) { velocity[n] = NAN; }
   if (is("infinite-fixed")) { position[0] = INFINITY; }
+  for (size_t n = 0; n < nodes; ++n) {
+    if (is("moved-fixed") && s->fixed[n]) { position[3 * n] += 0.01; }
+    if (is("fast-fixed") && s->fixed[n]) { velocity[3 * n] = 0.5; }
+  }
   return is("claims") ? PALPATE_UNSUPPORTED : status;
 }
 

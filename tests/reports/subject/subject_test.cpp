@@ -44,9 +44,9 @@ void check_verdict(const std::string& name, const std::string& fault, Status exp
 
 TEST("a sound subject passes the cases that its faults fail") {
   for (const char* name :
-       {"first-step", "static", "patch", "chain", "momentum", "energy", "invariance", "rest",
-        "stability", "energy-report", "set-state", "audit/renumbered", "audit/stiffness",
-        "audit/drawn", "audit/repeat", "audit/substeps", "audit/memory"}) {
+       {"first-step", "static", "patch", "chain", "damping", "fixed-nodes", "momentum", "energy",
+        "invariance", "rest", "stability", "energy-report", "set-state", "audit/renumbered",
+        "audit/stiffness", "audit/drawn", "audit/repeat", "audit/substeps", "audit/memory"}) {
     check_verdict(name, "none", Status::pass);
   }
 }
@@ -119,6 +119,12 @@ TEST("a subject that ignores the stiffness or keeps that of the first scene fail
   check_verdict("audit/stiffness", "cache", Status::fail);
   check_verdict("audit/drawn", "cache", Status::fail);
   check_verdict("audit/drawn", "stiffness", Status::fail);
+}
+
+TEST("a subject that changes the viscosity, or moves fixed nodes, fails") {
+  check_verdict("damping", "viscosity", Status::fail);
+  check_verdict("fixed-nodes", "moved-fixed", Status::fail);
+  check_verdict("fixed-nodes", "fast-fixed", Status::fail);
 }
 
 TEST("a subject that does not reset, ignores substeps, or whose memory grows, fails") {
