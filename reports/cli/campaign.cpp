@@ -127,6 +127,13 @@ constexpr std::size_t most_result_bytes = 1U << 20U;  // of one job
 
 // Plan.
 
+/// Returns a key in one spelling: "load[0].end" is "load.0.end".
+std::string in_one_spelling(std::string key) {
+  std::erase(key, ']');
+  std::ranges::replace(key, '[', '.');
+  return key;
+}
+
 /// Checks what relates keys of a campaign file.
 void check(const CampaignFile& file, const io::Places& places, io::Problems& problems) {
   const campaign::Design& design = file.of.design;
@@ -155,7 +162,18 @@ void check(const CampaignFile& file, const io::Places& places, io::Problems& pro
   for (std::size_t n = 0; n < design.parameters.size(); ++n) {
     const campaign::Parameter& one = design.parameters[n];
     const std::string key = "parameter[" + std::to_string(n) + "]";
-    const auto first = std::ranges::find(design.parameters, one.key, &campaign::Parameter::key);
+    const auto same = [&](const std::string& other) {
+      return in_one_spelling(other) == in_one_spelling(one.key);
+    };
+    const auto first = std::ranges::find_if(design.parameters, same, &campaign::Parameter::key);
+    for (const CampaignPatient& patient : file.patients) {
+      for (const std::string& set : patient.set) {
+        if (!same(set.substr(0, set.find('=')))) { continue; }
+        problems.add(places, key + ".key",
+                     key + ".key = \"" + one.key + "\" is also set by the patient \"" +
+                         patient.name + "\"; one of the two");
+      }
+    }
     if (&*first != &one) {
       problems.add(places, key + ".key",
                    key + ".key = \"" + one.key + "\" is also that of another parameter; one each");
@@ -175,10 +193,23 @@ void check(const CampaignFile& file, const io::Places& places, io::Problems& pro
   for (std::size_t n = 0; n < file.of.claims.size(); ++n) {
     const campaign::Claim& one = file.of.claims[n];
     const std::string key = "claim[" + std::to_string(n) + "]";
+    if (&*std::ranges::find(file.of.claims, one.quantity, &campaign::Claim::quantity) != &one) {
+      problems.add(
+          places, key + ".quantity",
+          key + ".quantity = \"" + one.quantity + "\" has a claim already; one with both bounds");
+    }
     if (!one.lower && !one.upper) { problems.add(places, key, key + " needs lower or upper"); }
     if (one.lower && one.upper && *one.lower > *one.upper) {
       problems.add(places, key + ".lower", key + ".lower is above upper; must be <= upper");
     }
+  }
+  for (std::size_t n = 0; n < file.patients.size(); ++n) {
+    const std::string& name = file.patients[n].name;
+    if (&*std::ranges::find(file.patients, name, &CampaignPatient::name) == &file.patients[n]) {
+      continue;
+    }
+    const std::string key = "patient[" + std::to_string(n) + "].name";
+    problems.add(places, key, key + " = \"" + name + "\" is that of another patient; one each");
   }
   if (file.seeds.empty() != file.seed_key.empty()) {
     problems.add(places, file.seeds.empty() ? "seed_key" : "seeds",

@@ -78,6 +78,14 @@ int after_output(int code) {
   return code == done ? failed : code;
 }
 
+/// Refuses values of flags, as --json=1.
+void refuse_values_of_flags(CLI::App& command) {
+  for (CLI::Option* option : command.get_options()) {
+    if (option->get_items_expected_max() == 0) { option->disable_flag_override(); }
+  }
+  for (CLI::App* each : command.get_subcommands({})) { refuse_values_of_flags(*each); }
+}
+
 /// Throws InputError if an argument is empty, as that of an unset variable of a shell: it would
 /// count as left out.
 void refuse_empty_arguments(const CLI::App& command) {
@@ -91,6 +99,7 @@ void refuse_empty_arguments(const CLI::App& command) {
 
 /// Runs what the command line selects. Throws what the command throws.
 int run(Program& program, int argc, char** argv) {
+  refuse_values_of_flags(program.app);
   try {
     program.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

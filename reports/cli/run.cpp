@@ -541,7 +541,7 @@ std::vector<std::string> passage_warnings(const Scene& scene, const SpringNetwor
 
 std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
                          const std::vector<ErrorSource>& sources, bool refined,
-                         const std::string& hash_of_trace) {
+                         const std::string& hash_of_trace, const std::string& palpation_map) {
   const Trace& trace = run.trace;
   const Simulation& simulation = loaded.simulation();
   const StepPlan& plan = simulation.plan();
@@ -607,6 +607,7 @@ std::string summary_json(const LoadedScene& loaded, const FinishedRun& run,
     return object("time_s", event.time, "kind", event.kind, "detail", event.detail);
   });
   json["trace_sha256"] = hash_of_trace;
+  if (!palpation_map.empty()) { json["palpation_sha256"] = io::sha256(palpation_map); }
   return sealed_text(std::move(json), 2);
 }
 
@@ -1096,7 +1097,8 @@ int run_scene(const RunOptions& options) {
   const std::string hash_of_trace = io::sha256_of_file(folder / "trace.h5");
   const auto write = [&](bool refined) {
     const io::WholeWrite together;
-    const std::string summary = summary_json(loaded, result, sources, refined, hash_of_trace);
+    const std::string summary =
+        summary_json(loaded, result, sources, refined, hash_of_trace, palpation.csv);
     io::replace_file(folder / "summary.json", summary);
     RunReport report = report_of(options, loaded, result, palpation, sources, provenance);
     if (before) { report.changes = changes_between(*before, index_line_of_run(summary)); }

@@ -3,9 +3,11 @@
 #include "reports/results/results_folder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <functional>
@@ -211,7 +213,9 @@ void add_texts(Outcome& outcome, const Json& summary, const Attributes& inputs) 
   static const std::regex circumstances("-(avx512|avx2|baseline|[0-9]+-threads)");
   add("kernel", std::regex_replace(summary.at("kernel").get<std::string>(), circumstances, ""));
   for (const std::string warning : summary.at("warnings")) {
-    if (warning.starts_with("one thread:")) { continue; }
+    if (warning.starts_with("one thread:") || warning.find(" threads on ") != warning.npos) {
+      continue;
+    }
     add(std::string(gate::warning_prefix) + without_numbers(warning), "");
   }
   for (const auto& [key, value] :
@@ -223,6 +227,33 @@ void add_texts(Outcome& outcome, const Json& summary, const Attributes& inputs) 
     const std::size_t space = line.rfind(' ');
     add("input: " + line.substr(0, space), line.substr(std::min(space, line.size())));
   }
+}
+
+/// Reads palpation.csv as a figure of the compliance of its sites, which is 0 on bone.
+Figure palpation_figure(const std::filesystem::path& file) {
+  constexpr std::size_t most_map_bytes = 1U << 26U;
+  HeatMap map{.label = "compliance (m/N)"};
+  std::istringstream lines(io::read_text(file, most_map_bytes));
+  std::string line;
+  std::getline(lines, line);  // the names
+  while (std::getline(lines, line)) {
+    std::array<double, 3> number{};  // x, y, stiffness, which may be infinite
+    const char* at = line.c_str();
+    for (double& each : number) {
+      char* end = nullptr;
+      each = std::strtod(at, &end);
+      at = *end == ',' ? end + 1 : end;
+    }
+    if (map.y.empty() || number[1] != map.y.back()) { map.y.push_back(number[1]); }
+    if (map.y.size() == 1) { map.x.push_back(number[0]); }
+    map.z.push_back(1.0 / number[2]);
+  }
+  return {.id = "palpation-map",
+          .title = "Palpation map",
+          .caption = "Compliance of the skin under the probe.",
+          .x = {.label = "x (m)"},
+          .y = {.label = "y (m)"},
+          .heat_map = std::move(map)};
 }
 
 Outcome outcome_of(const Json& summary, const Trace& trace, const Attributes& inputs) {
@@ -576,14 +607,24 @@ Results read_run_folder(const std::filesystem::path& folder) {
     if (summary.at("trace_sha256") != io::sha256_of_file(folder / "trace.h5")) {
       throw std::runtime_error("is not of the same run as trace.h5 beside it");
     }
+    std::optional<Figure> map;
+    if (summary.contains("palpation_sha256")) {
+      const std::filesystem::path of_map = folder / "palpation.csv";
+      if (summary.at("palpation_sha256") != io::sha256_of_file(of_map)) {
+        throw std::runtime_error("is not of the same run as palpation.csv beside it");
+      }
+      map = palpation_figure(of_map);
+    }
     if (const Json subject = summary.value("subject", Json()); !subject.is_null()) {
       provenance["subject"] =
           subject.at("name").get<std::string>() + " " + subject.at("version").get<std::string>();
     }
+    Outcome outcome = outcome_of(summary, trace, inputs_of_run(folder));
+    if (map) { outcome.figures.push_back(std::move(*map)); }
     return {.title = summary.at("title"),
             .command = "palpate run",
             .provenance = std::move(provenance),
-            .outcomes = {outcome_of(summary, trace, inputs_of_run(folder))}};
+            .outcomes = {std::move(outcome)}};
   } catch (const std::exception& problem) {
     throw json_trouble(file.string(), text, problem, "summary.json as palpate wrote it");
   }

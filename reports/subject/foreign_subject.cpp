@@ -196,8 +196,10 @@ class ForeignSubject final : public Subject {
     gather(problem_->network().node_count(), v);
   }
   [[nodiscard]] bool has_finite_state() noexcept override {
+    constexpr double most = 1e6;  // [m, m/s]; a tenth of the way around the earth
     fetch();
-    return !has_state_ || stale_ || state_.allFinite();
+    return !has_state_ || stale_ ||
+           (state_.allFinite() && state_.size() > 0 && state_.cwiseAbs().maxCoeff() < most);
   }
   [[nodiscard]] Eigen::Vector2d fixed_motion() noexcept override {
     fetch();
@@ -373,6 +375,11 @@ class ForeignSubject final : public Subject {
     const Eigen::Vector3d n = tool_->direction();
     const Eigen::Vector3d force(output.force[0], output.force[1], output.force[2]);
     const double before = report_.place;
+    if (!force.allFinite() && !force.array().isNaN().all()) {
+      throw SubjectFailure("the subject's force on the tool is [" + plain_number(force.x()) + ", " +
+                           plain_number(force.y()) + ", " + plain_number(force.z()) +
+                           "] N; three numbers, or three NaN without one");
+    }
     report_.place = output.insertion;
     if (std::isnan(report_.place) && input.flags == PALPATE_TOOL_PRESCRIBED) {
       report_.place = input.insertion;
@@ -400,7 +407,7 @@ class ForeignSubject final : public Subject {
                 : input.flags == PALPATE_TOOL_PUSHED ? input.applied_force
                                                      : f.total;
     f.on_tool = force;
-    f.lateral = lateral_force(force, n);
+    f.lateral = force.allFinite() ? lateral_force(force, n) : nan;
     pressure_ = output.pressure;
     if (output.substeps > 0) { substeps_ = static_cast<int>(output.substeps); }
     constexpr std::uint32_t both = PALPATE_TOOL_TOUCHING | PALPATE_TOOL_APART;
@@ -515,6 +522,15 @@ class TraceSubject final : public Subject {
       const auto found = std::ranges::find(read_, column.name, &Column::name);
       source_.push_back(found == read_.end() ? nullptr : &*found);
     }
+    for (const Column* one : source_) {
+      if (one == nullptr) { continue; }
+      const auto gap =
+          std::ranges::find_if_not(one->values, [](double v) { return std::isfinite(v); });
+      if (gap == one->values.end()) { continue; }
+      const auto row = static_cast<std::size_t>(gap - one->values.begin());
+      io::refuse_file(file_, io::shown(one->name) + " is no number at " + plain_number(time_[row]) +
+                                 " s; a number in every row, or no such column");
+    }
     if (std::ranges::all_of(source_, [](const Column* one) { return one == nullptr; })) {
       throw CannotDo("the trace has no column of this scene" +
                      (columns_.empty() ? std::string() : ", such as " + columns_.back().name) +
@@ -600,6 +616,11 @@ class TraceSubject final : public Subject {
         name = name.substr(0, name.size() - unit.written.size()) + std::string(unit.si);
         factor = unit.factor;
         break;
+      }
+      if (std::ranges::find(read_, name, &Column::name) != read_.end()) {
+        problems.add(file_.string(),
+                     "two columns are " + io::shown(name) +
+                         "; one is allowed: --column NAME=ROLE gives another a role");
       }
       factor_.push_back(factor);
       read_.push_back({.name = name});

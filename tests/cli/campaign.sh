@@ -134,6 +134,32 @@ echo exit >sim.sh
 printf '\n' >>palpate-2
 refused 2 "palpate-2: was changed since the plan; plan again" run product
 
+# A job that diverges has no value, whatever it reached before.
+cat >diverging.toml <<END
+title = "Diverging"
+scenes = ["oscillator.toml"]
+[[patient]]
+name = "steps"
+set = ["simulation.integrator='euler-cromer'", "simulation.substeps=1", "simulation.step=0.1", "simulation.duration=5"]
+[[parameter]]
+key = "tissue.oscillator.stiffness"
+values = [1.0, 1e4]
+[[claim]]
+quantity = "x_m.peak"
+upper = 1e300
+bound_from = "a test"
+END
+"$palpate" campaign plan diverging.toml --out diverging >said
+"$palpate" campaign run diverging --quiet >said
+"$palpate" campaign merge diverging --out diverging.jsonl >said
+refused 1 "report" report diverging.jsonl --out diverging-report
+python3 - <<'END'
+import json
+cases = {c["name"]: c for c in json.load(open("diverging-report/results.json"))["cases"]}
+assert cases["campaign/x_m.peak"]["status"] == "fail", cases["campaign/x_m.peak"]
+assert {q["name"]: q["value"] for q in cases["campaign/x_m.peak"]["quantities"]}["jobs_without_value"] == 1
+END
+
 # An input that changed since the plan, and files that are no campaign.
 cp -r two stale
 sed -i 's/^mass.*/mass = 1.25/' oscillator.toml
@@ -159,6 +185,14 @@ refused 2 "wrong.toml:8: parameter\[0\].range must be \[lowest, highest\]" plan 
 refused 2 "wrong.toml: has more than 1000000 jobs" plan wrong.toml --out wrong
 sed -i 's/oscillator.mass/oscillator.stiffness/' wrong.toml
 refused 2 'parameter\[1\].key = "tissue.oscillator.stiffness" is also that of another parameter' plan wrong.toml --out wrong
+sed -i '0,/oscillator.stiffness/s//oscillator[stiffness]/' wrong.toml
+refused 2 'parameter\[1\].key = "tissue.oscillator.stiffness" is also that of another parameter' plan wrong.toml --out wrong
+printf '[[patient]]\nname = "a"\nset = ["tissue.oscillator.viscosity=0.5"]\n' | cat campaign.toml - >wrong.toml
+refused 2 'parameter\[1\].key = .* is also set by the patient "a"' plan wrong.toml --out wrong
+printf '[[patient]]\nname = "a"\nset = []\n%.0s' 1 2 | cat campaign.toml - >wrong.toml
+refused 2 'patient\[1\].name = "a" is that of another patient' plan wrong.toml --out wrong
+printf '[[claim]]\nquantity = "x_m.peak"\nlower = 0\nbound_from = "a"\n' | cat campaign.toml - >wrong.toml
+refused 2 'claim\[2\].quantity = "x_m.peak" has a claim already' plan wrong.toml --out wrong
 refused 2 "JOB: more than 32 brackets within each other" job "$(printf '[%.0s' $(seq 100))"
 sed 's/oscillator.stiffness/oscillator.stifness/' campaign.toml >wrong.toml
 refused 2 "wrong.toml: job 1: .*stifness" plan wrong.toml --out wrong

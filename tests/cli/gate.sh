@@ -161,3 +161,23 @@ expect 2 "$palpate" approve "$out/rows" --baseline "$out/rows.json" --reason "r"
 grep -q "samples in a variant instead of" "$out/said"
 expect 2 "$palpate" run "$scenes/oscillator.toml" --set $'title="""a\nb"""' --out "$out/lines"
 grep -q "has a line break" "$out/said"
+
+# The palpation map is compared, and belongs to its run.
+expect 0 "$palpate" run "$scenes/palpation.toml" --set simulation.duration=0.02 --no-view --quiet --out "$out/map"
+expect 0 "$palpate" approve "$out/map" --baseline "$out/map.json" --reason "a map" --no-variants
+expect 0 "$palpate" gate "$out/map" --baseline "$out/map.json" --out "$out/map-gate"
+sed -i '5s/,[0-9.]*$/,1/' "$out/map/palpation.csv"
+expect 2 "$palpate" gate "$out/map" --baseline "$out/map.json" --out "$out/map-gate"
+grep -q "is not of the same run as palpation.csv" "$out/said"
+python3 - "$out/map" <<'END'
+import hashlib, json, re, sys
+folder = sys.argv[1]
+text = open(folder + "/summary.json").read()
+map_hash = hashlib.sha256(open(folder + "/palpation.csv", "rb").read()).hexdigest()
+text = re.sub('"palpation_sha256": "[^"]*"', f'"palpation_sha256": "{map_hash}"', text)
+unsealed = re.sub('"seal": "[^"]*"', '"seal": "' + 64 * "0" + '"', text)
+seal = hashlib.sha256(unsealed.encode()).hexdigest()
+open(folder + "/summary.json", "w").write(unsealed.replace(64 * "0", seal))
+END
+expect 1 "$palpate" gate "$out/map" --baseline "$out/map.json" --out "$out/map-gate"
+grep -q "palpation-map" "$out/said"

@@ -66,8 +66,8 @@ class Subject {
   [[nodiscard]] virtual Eigen::Index dof() const noexcept = 0;
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> position) noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> velocity) noexcept = 0;
-  /// Returns false if the position or velocity of a node, fixed ones included, is not finite.
-  /// Another simulator may be asked for the state of all nodes.
+  /// Returns false if the position or velocity of a node, fixed ones included, is not finite or far
+  /// beyond any scene. Another simulator may be asked for the state of all nodes.
   [[nodiscard]] virtual bool has_finite_state() noexcept { return true; }
   /// Returns how far a fixed node is from its place [m], and how fast it is [m/s], at most.
   [[nodiscard]] virtual Eigen::Vector2d fixed_motion() noexcept { return {0.0, 0.0}; }

@@ -94,6 +94,7 @@ static int state_with_fault(palpate_subject* s, double* position, double* veloci
     velocity[n] *= 1000.0;
   }
   for (size_t n = 0; is("nan-velocity") && n < 3 * nodes; ++n) { velocity[n] = NAN; }
+  for (size_t n = 0; is("aside") && n < nodes; ++n) { position[3 * n] += 1.0; }
   if (is("infinite-fixed")) { position[0] = INFINITY; }
   for (size_t n = 0; n < nodes; ++n) {
     if (is("moved-fixed") && s->fixed[n]) { position[3 * n] += 0.01; }

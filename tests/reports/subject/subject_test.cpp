@@ -121,6 +121,12 @@ TEST("a subject that ignores the stiffness or keeps that of the first scene fail
   check_verdict("audit/drawn", "stiffness", Status::fail);
 }
 
+TEST("a subject whose nodes are a metre aside fails, also where nothing pulls that way") {
+  for (const char* name : {"first-step", "static", "rest", "stability", "audit/drawn"}) {
+    check_verdict(name, "aside", Status::fail);
+  }
+}
+
 TEST("a subject that changes the viscosity, or moves fixed nodes, fails") {
   check_verdict("damping", "viscosity", Status::fail);
   check_verdict("fixed-nodes", "moved-fixed", Status::fail);
@@ -316,6 +322,15 @@ TEST("a trace is judged like a simulator, with its own units") {
   for (std::size_t n = 0; n < model.rows(); ++n) {
     CHECK_NEAR(replayed.values("tip.z_m")[n], model.values("tip.z_m")[n], 1e-15);  // rounding
   }
+  const auto refused = [&](const std::string& name, const std::string& content,
+                           const std::string& reason) {
+    std::ofstream(folder / name) << content;
+    const SubjectChoice wrong{.subject = "trace:" + (folder / name).string(),
+                              .columns = {"t=time_s"}};
+    CHECK_THROWS_AS(InputError, run(wrong, "s26.toml"), reason);
+  };
+  refused("gap.csv", "t,tip.z_m\n0,0\n0.1,nan\n0.2,0\n", "tip.z_m is no number at 0.1 s");
+  refused("two.csv", "t,tip.z_m,tip.z_mm\n0,0,0\n0.2,0,0\n", "two columns are tip.z_m");
   // It lasts 0.05 s, which is shorter than the scene of the case.
   CHECK(judge("s26", choice).status == Status::skip);
   for (const char* name : {"momentum", "audit/drawn"}) {
