@@ -26,6 +26,7 @@
 #include "reports/html/html_page.hpp"
 #include "reports/index_page.hpp"
 #include "reports/plot/trace_figures.hpp"
+#include "reports/results/results_folder.hpp"
 #include "reports/results/results_json.hpp"
 #include "reports/run_report.hpp"
 #include "reports/view/view.hpp"
@@ -485,27 +486,6 @@ std::vector<std::string> doubts(const Trace& trace) {
           short_number(trace.smallest_jacobian, 3) +
           " at t = " + quantity(trace.smallest_jacobian_at, "s") +
           ": use a finer spacing, a wider tool, a smaller force, or poissons_ratio above 0.25"};
-}
-
-/// Largest values of a run with a tool.
-struct Peaks {
-  double force = 0.0;                ///< [N]
-  double force_depth = 0.0;          ///< insertion at the largest force [m]
-  double deepest = 0.0;              ///< [m]
-  std::optional<double> pressure{};  ///< [Pa], with a syringe
-};
-
-std::optional<Peaks> peaks_of(const Trace& trace) {
-  const Column* force = trace.find("tool.force_n");
-  if (force == nullptr || force->values.empty()) { return {}; }
-  const auto peak = std::ranges::max_element(force->values);
-  const auto row = static_cast<std::size_t>(peak - force->values.begin());
-  const std::vector<double>& place = trace.values("tool.insertion_m");
-  Peaks peaks{.force = *peak, .force_depth = place[row], .deepest = std::ranges::max(place)};
-  if (const Column* pressure = trace.find("syringe.pressure_pa")) {
-    peaks.pressure = std::ranges::max(pressure->values);
-  }
-  return peaks;
 }
 
 /// Warns of a tip that left the tissue, and of a prescribed motion that the run did not finish.

@@ -229,6 +229,36 @@ void add_texts(Outcome& outcome, const Json& summary, const Attributes& inputs) 
   }
 }
 
+/// Throws std::runtime_error if a summary contradicts the trace of its run.
+void check_summary(const Json& summary, const Trace& trace) {
+  const auto refuse = [](const std::string& key) {
+    throw std::runtime_error(key + " is not that of trace.h5 beside it");
+  };
+  const std::optional<Peaks> peaks = peaks_of(trace);
+  const auto check = [&](const char* key, std::optional<double> value) {
+    if (!value) { return; }
+    const Json found = summary.value(key, Json());
+    const bool same = std::isfinite(*value) ? found == *value : !found.is_number();
+    if (!same) { refuse(key); }
+  };
+  const auto of_peaks = [&](double Peaks::*member) {
+    return peaks ? std::optional((*peaks).*member) : std::nullopt;
+  };
+  check("peak_force_n", of_peaks(&Peaks::force));
+  check("peak_force_depth_m", of_peaks(&Peaks::force_depth));
+  check("deepest_m", of_peaks(&Peaks::deepest));
+  check("peak_pressure_pa", peaks ? peaks->pressure : std::nullopt);
+  const double smallest = number_from_json(summary.at("smallest_jacobian"));
+  const Column* corners = trace.find("tissue.smallest_jacobian");
+  if (corners != nullptr && smallest > std::ranges::min(corners->values)) {
+    refuse("smallest_jacobian");
+  }
+  if (smallest <= 0.0 && summary.at("status") == "ok") {
+    throw std::runtime_error(
+        "status is ok, but smallest_jacobian says that cells turned inside out");
+  }
+}
+
 /// Reads palpation.csv as a figure of the compliance of its sites, which is 0 on bone.
 Figure palpation_figure(const std::filesystem::path& file) {
   constexpr std::size_t most_map_bytes = 1U << 26U;
@@ -595,6 +625,19 @@ std::string changed_file(const std::vector<std::pair<fs::path, std::string>>& fi
   return {};
 }
 
+std::optional<Peaks> peaks_of(const Trace& trace) {
+  const Column* force = trace.find("tool.force_n");
+  if (force == nullptr || force->values.empty()) { return {}; }
+  const auto peak = std::ranges::max_element(force->values);
+  const auto row = static_cast<std::size_t>(peak - force->values.begin());
+  const std::vector<double>& place = trace.values("tool.insertion_m");
+  Peaks peaks{.force = *peak, .force_depth = place[row], .deepest = std::ranges::max(place)};
+  if (const Column* pressure = trace.find("syringe.pressure_pa")) {
+    peaks.pressure = std::ranges::max(pressure->values);
+  }
+  return peaks;
+}
+
 Results read_run_folder(const std::filesystem::path& folder) {
   constexpr std::size_t most_summary_bytes = 1U << 24U;
   const std::filesystem::path file = folder / "summary.json";
@@ -607,6 +650,7 @@ Results read_run_folder(const std::filesystem::path& folder) {
     if (summary.at("trace_sha256") != io::sha256_of_file(folder / "trace.h5")) {
       throw std::runtime_error("is not of the same run as trace.h5 beside it");
     }
+    check_summary(summary, trace);
     std::optional<Figure> map;
     if (summary.contains("palpation_sha256")) {
       const std::filesystem::path of_map = folder / "palpation.csv";

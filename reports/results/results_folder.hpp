@@ -5,11 +5,13 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "fixtures/io/hdf5_file.hpp"
+#include "model/problem/trace.hpp"
 #include "reports/results/results.hpp"
 #include "validation/gate/baseline.hpp"
 
@@ -56,6 +58,17 @@ bool is_run_folder(const std::filesystem::path& folder);
 /// scene. Figures over time: every trace column and the displacement of every node. A run that
 /// diverged or was interrupted has the status error. Throws InputError.
 Results read_run_folder(const std::filesystem::path& folder);
+
+/// Largest values of a run with a tool.
+struct Peaks {
+  double force = 0.0;                ///< [N]
+  double force_depth = 0.0;          ///< insertion at the largest force [m]
+  double deepest = 0.0;              ///< [m]
+  std::optional<double> pressure{};  ///< [Pa], with a syringe
+};
+
+/// Returns those of a trace; empty without a tool.
+std::optional<Peaks> peaks_of(const Trace& trace);
 
 /// Returns what trace.h5 tells of the input of a run, as far as it is there: "scene" (text),
 /// "overrides" (one a line), "scene_file" and "script" (paths), "no_skip" ("yes"), "every" (s

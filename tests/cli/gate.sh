@@ -181,3 +181,15 @@ open(folder + "/summary.json", "w").write(unsealed.replace(64 * "0", seal))
 END
 expect 1 "$palpate" gate "$out/map" --baseline "$out/map.json" --out "$out/map-gate"
 grep -q "palpation-map" "$out/said"
+
+# A summary that contradicts its trace is refused, also with its seal computed again.
+epidural "$out/deeper"
+python3 - "$out/deeper" <<'END'
+import hashlib, re, sys
+file = sys.argv[1] + "/summary.json"
+text = re.sub('"deepest_m": [^,]*,', '"deepest_m": 0.05,', open(file).read())
+unsealed = re.sub('"seal": "[^"]*"', '"seal": "' + 64 * "0" + '"', text)
+open(file, "w").write(unsealed.replace(64 * "0", hashlib.sha256(unsealed.encode()).hexdigest()))
+END
+expect 2 "$palpate" gate "$out/deeper" --baseline "$out/rows.json" --out "$out/map-gate"
+grep -q "deepest_m is not that of trace.h5" "$out/said"

@@ -51,6 +51,12 @@ static int load_with_fault(const char* folder, const char* options, palpate_subj
     for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = 50.0; }
   }
   for (size_t n = 0; is("viscosity") && n < s->springs; ++n) { s->viscosity[n] *= 1.05; }
+  for (size_t n = 0; is("geometric") && n < s->springs; ++n) {
+    double squared = 0.0;
+    for (int k = 0; k < 3; ++k) { squared += pow(s->rest[3 * s->b[n] + k] - s->rest[3 * s->a[n] + k], 2); }
+    s->length[n] = sqrt(squared);
+  }
+  for (size_t n = 0; is("slow-start") && n < 3 * s->nodes; ++n) { s->start_v[n] *= 0.7; s->v[n] *= 0.7; }
   if (is("cache") && s->springs > 0) {
     if (kept_stiffness < 0.0) { kept_stiffness = s->stiffness[0]; }
     for (size_t n = 0; n < s->springs; ++n) { s->stiffness[n] = kept_stiffness; }
@@ -94,6 +100,7 @@ static int state_with_fault(palpate_subject* s, double* position, double* veloci
     velocity[n] *= 1000.0;
   }
   for (size_t n = 0; is("nan-velocity") && n < 3 * nodes; ++n) { velocity[n] = NAN; }
+  for (size_t n = 0; is("velocity") && n < 3 * nodes; ++n) { velocity[n] *= 1.08; }
   for (size_t n = 0; is("aside") && n < nodes; ++n) { position[3 * n] += 1.0; }
   if (is("infinite-fixed")) { position[0] = INFINITY; }
   for (size_t n = 0; n < nodes; ++n) {

@@ -127,6 +127,12 @@ TEST("a subject whose nodes are a metre aside fails, also where nothing pulls th
   }
 }
 
+TEST("a subject that ignores rest lengths, or changes velocities, fails") {
+  check_verdict("audit/drawn", "geometric", Status::fail);
+  check_verdict("audit/drawn", "slow-start", Status::fail);
+  check_verdict("damping", "velocity", Status::fail);
+}
+
 TEST("a subject that changes the viscosity, or moves fixed nodes, fails") {
   check_verdict("damping", "viscosity", Status::fail);
   check_verdict("fixed-nodes", "moved-fixed", Status::fail);
