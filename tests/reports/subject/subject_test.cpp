@@ -112,6 +112,9 @@ TEST(
       check_verdict(name, fault, Status::fail);
     }
   }
+  for (const char* name : {"set-state", "audit/drawn", "damping", "static"}) {
+    check_verdict(name, "nan", Status::fail);  // in the middle of a run
+  }
 }
 
 TEST("a subject that ignores the stiffness or keeps that of the first scene fails") {
