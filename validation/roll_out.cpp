@@ -145,8 +145,8 @@ class Sampler {
     take_keyframe();
   }
 
-  /// Returns false if the last row, or the state at the last check, has a value that is not finite.
-  /// That row is then not in the trace, unless it is the first.
+  /// Returns false if a value of the last row, or of the state at the last check, is not finite.
+  /// The trace then leaves the row out, but keeps the first one.
   [[nodiscard]] bool finite() const { return finite_ && state_finite_; }
 
   /// Releases the unused memory of rows and frames.

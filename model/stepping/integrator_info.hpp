@@ -9,7 +9,8 @@
 
 namespace palpate {
 
-/// Steps of an iterative scheme that its limit of corrections ended.
+/// Steps of an iterative scheme that its limit of corrections ended. A step that contacts repeat
+/// counts each time.
 struct LimitedSteps {
   long count = 0;
   double largest_correction = 0.0;  ///< the last one of a step, over the largest velocity

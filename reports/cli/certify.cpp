@@ -483,34 +483,6 @@ int run_certify(const CertifyOptions& options) {
 
 }  // namespace
 
-std::vector<std::filesystem::path> files_of_subject(const std::string& subject) {
-  constexpr std::string_view command = "exec:";
-  constexpr std::string_view trace = "trace:";
-  if (subject.empty() || subject == "model") { return {}; }
-  if (subject.starts_with(trace)) { return {subject.substr(trace.size())}; }
-  if (!subject.starts_with(command)) { return {subject}; }
-  std::vector<std::filesystem::path> files;
-  for (std::string word : CLI::detail::split_up(subject.substr(command.size()))) {
-    word = CLI::detail::remove_quotes(word);
-    std::error_code unknown;
-    const bool is_file = std::filesystem::is_regular_file(word, unknown);
-    if (is_file) { files.emplace_back(word); }
-    if (is_file || !files.empty() || word.find('/') != word.npos) { continue; }
-    if (auto program = timing::find_program(word); !program.empty()) {
-      files.push_back(std::move(program));
-    }
-  }
-  return files;
-}
-
-std::string hash_of_subject(const std::string& subject) {
-  const std::vector<std::filesystem::path> files = files_of_subject(subject);
-  if (!subject.starts_with("exec:")) { return io::sha256_of_file(files.at(0)); }
-  std::string all = subject;
-  for (const std::filesystem::path& file : files) { all += "\n" + io::sha256_of_file(file); }
-  return io::sha256(all);
-}
-
 void add_certify(Program& program) {
   const auto [command, options] = add_command(
       program, "certify", "test whether a scene keeps its deadlines on this machine", run_certify);

@@ -26,8 +26,8 @@ namespace {
 using namespace palpate;
 using namespace palpate::cli;
 
-/// Takes the numbers of closed standard streams, which files of results would get. What is written
-/// to a closed standard output fails, as to a full disk.
+/// Opens /dev/null in place of closed standard streams. Otherwise the next file, perhaps one of
+/// results, would be standard output. Writing to it fails, as on a full disk.
 void occupy_standard_streams() {
   for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
     if (fcntl(stream, F_GETFD) == -1) { (void)!open("/dev/null", O_RDONLY); }

@@ -231,7 +231,12 @@ std::vector<ErrorSource> error_sources(const LoadedScene& loaded) {
                                : "an explicit scheme solves no equations";
   } else {
     solver.overrides = {"simulation.solver_tolerance=0.0", "simulation.solver_corrections=0"};
-    solver.how = "equations solved to rounding error in place of " + plain_number(tolerance, 3);
+    const int most = scene.simulation.solver_corrections;
+    solver.how =
+        "equations solved to rounding error in place of " +
+        (tolerance > 0.0 ? plain_number(tolerance, 3) : std::string()) +
+        (tolerance > 0.0 && most > 0 ? ", and " : "") +
+        (most > 0 ? "at most " + std::to_string(most) + " corrections a step" : std::string());
     solver.cost = 2.0;
   }
   std::vector<ErrorSource> sources{std::move(space), std::move(time), std::move(reduction),

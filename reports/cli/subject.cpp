@@ -14,6 +14,8 @@
 #include "model/problem/input_error.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reports/cli/commands.hpp"
+#include "reports/timing/child_process.hpp"
+#include "validation/gate/gate.hpp"
 
 namespace palpate::cli {
 
@@ -69,6 +71,33 @@ SubjectChoice confined(const SubjectChoice& choice, const CommonOptions& options
   result.limits.hidden.push_back(default_cache_folder());
   result.limits.hidden.push_back(options.output_folder());
   return result;
+}
+
+std::vector<std::filesystem::path> files_of_subject(const std::string& subject) {
+  constexpr std::string_view command = "exec:";
+  constexpr std::string_view trace = "trace:";
+  if (subject.empty() || subject == "model") { return {}; }
+  if (subject.starts_with(trace)) { return {subject.substr(trace.size())}; }
+  if (!subject.starts_with(command)) { return {subject}; }
+  std::vector<std::filesystem::path> files;
+  for (const std::string& word : gate::shell_words(subject.substr(command.size()))) {
+    std::error_code unknown;
+    const bool is_file = std::filesystem::is_regular_file(word, unknown);
+    if (is_file) { files.emplace_back(word); }
+    if (is_file || !files.empty() || word.find('/') != word.npos) { continue; }
+    if (auto program = timing::find_program(word); !program.empty()) {
+      files.push_back(std::move(program));
+    }
+  }
+  return files;
+}
+
+std::string hash_of_subject(const std::string& subject) {
+  const std::vector<std::filesystem::path> files = files_of_subject(subject);
+  if (!subject.starts_with("exec:")) { return io::sha256_of_file(files.at(0)); }
+  std::string all = subject;
+  for (const std::filesystem::path& file : files) { all += "\n" + io::sha256_of_file(file); }
+  return io::sha256(all);
 }
 
 std::map<std::string, std::string> subject_provenance(const SubjectFacts& facts) {

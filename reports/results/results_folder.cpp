@@ -7,7 +7,6 @@
 #include <cctype>
 #include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <functional>
@@ -16,6 +15,7 @@
 #include <stdexcept>
 #include <unistd.h>
 
+#include "fixtures/io/csv_file.hpp"
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/scene_file.hpp"
 #include "fixtures/io/scene_folder.hpp"
@@ -268,11 +268,12 @@ Figure palpation_figure(const std::filesystem::path& file) {
   std::getline(lines, line);  // the names
   while (std::getline(lines, line)) {
     std::array<double, 3> number{};  // x, y, stiffness, which may be infinite
-    const char* at = line.c_str();
+    std::istringstream fields(line);
+    std::string field;
     for (double& each : number) {
-      char* end = nullptr;
-      each = std::strtod(at, &end);
-      at = *end == ',' ? end + 1 : end;
+      if (!std::getline(fields, field, ',') || !io::parse_number(field, each)) {
+        io::refuse_file(file, "\"" + io::shown(line) + "\" is no row of three numbers");
+      }
     }
     if (map.y.empty() || number[1] != map.y.back()) { map.y.push_back(number[1]); }
     if (map.y.size() == 1) { map.x.push_back(number[0]); }

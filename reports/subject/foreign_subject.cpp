@@ -198,8 +198,7 @@ class ForeignSubject final : public Subject {
   [[nodiscard]] bool has_finite_state() noexcept override {
     constexpr double most = 1e6;  // [m, m/s]; a tenth of the way around the earth
     fetch();
-    return !has_state_ || stale_ ||
-           (state_.allFinite() && state_.size() > 0 && state_.cwiseAbs().maxCoeff() < most);
+    return !has_state_ || stale_ || (state_.allFinite() && state_.lpNorm<Eigen::Infinity>() < most);
   }
   [[nodiscard]] Eigen::Vector2d fixed_motion() noexcept override {
     fetch();

@@ -640,29 +640,6 @@ struct CommandWords {
   std::vector<std::string> options{};
 };
 
-/// Splits a command line at its spaces, but not within quotes.
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> words;
-  bool quoted = false;
-  bool begins = true;
-  for (std::size_t n = 0; n < line.size(); ++n) {
-    const char c = line[n];
-    if (c == ' ' && !quoted) {
-      begins = true;
-      continue;
-    }
-    if (std::exchange(begins, false)) { words.emplace_back(); }
-    if (c == '\'') {
-      quoted = !quoted;
-    } else if (c == '\\' && !quoted && n + 1 < line.size()) {
-      words.back() += line[++n];
-    } else {
-      words.back() += c;
-    }
-  }
-  return words;
-}
-
 /// Returns a command with the last part of every path in it, wherever the files are.
 std::string without_folders(const std::string& command) {
   std::istringstream words(command);
@@ -688,7 +665,7 @@ std::string without_spaces(const std::string& json) {
 CommandWords words_of(const std::string& line) {
   CommandWords words;
   std::size_t number = 0;
-  for (const std::string& word : split(line)) {
+  for (const std::string& word : shell_words(line)) {
     if (number++ < 2) {
       words.command += (number == 1 ? "" : " ") + word;
       continue;
@@ -723,6 +700,30 @@ CommandWords words_of(const std::string& line) {
 }
 
 }  // namespace
+
+std::vector<std::string> shell_words(const std::string& line) {
+  std::vector<std::string> words;
+  char quote = '\0';
+  bool begins = true;
+  for (std::size_t n = 0; n < line.size(); ++n) {
+    const char c = line[n];
+    if (c == ' ' && quote == '\0') {
+      begins = true;
+      continue;
+    }
+    if (std::exchange(begins, false)) { words.emplace_back(); }
+    if (c == quote) {
+      quote = '\0';
+    } else if (quote == '\0' && (c == '\'' || c == '"')) {
+      quote = c;
+    } else if (c == '\\' && quote != '\'' && n + 1 < line.size()) {
+      words.back() += line[++n];
+    } else {
+      words.back() += c;
+    }
+  }
+  return words;
+}
 
 std::string command_problem(const std::string& accepted, const std::string& candidate,
                             bool in_part) {

@@ -164,6 +164,9 @@ struct Candidate {
   std::vector<Outcome> outcomes{};
 };
 
+/// Splits a command line as a shell does, at spaces that are not quoted; nothing is expanded.
+std::vector<std::string> shell_words(const std::string& line);
+
 /// Returns how a command line that made results differs from that of a baseline, apart from the
 /// order of cases and from options without an effect on judged results; empty if they agree. With
 /// `in_part`, cases may differ.

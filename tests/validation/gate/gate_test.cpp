@@ -318,6 +318,13 @@ TEST("command lines agree in any order of cases, and without options that change
   CHECK(!command_problem(accepted, "palpate bench a --quick --order 3", true).empty());
 }
 
+TEST("a command is split as a shell does") {
+  const std::vector<std::string> words =
+      shell_words(R"(exec:sh  'my sim.py' "it's" 'it'\''s' a\ b '' -c)");
+  const std::vector<std::string> expected{"exec:sh", "my sim.py", "it's", "it's", "a b", "", "-c"};
+  CHECK(words == expected);
+}
+
 TEST("the axes of a map are compared, and a changed origin of a bound is named") {
   Outcome map = sample("a", 1e-5);
   map.figures.push_back(
