@@ -1115,6 +1115,12 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     if (strength() > intervals[before].cutting_force) {
       tip_ = TipMode::stuck;
       if (after > before + 1) { enter(after - 1, t); }
+      // A tip that sank through softer tissue at once can press the layer with more than it bears.
+      if (softness_ > 0.0 && gap_at_cut() > dent_at(cut_, strength())) {
+        tip_ = TipMode::cutting;
+        enter(after, t);
+        change_cutting(depth_of_tip(), t);
+      }
     } else {
       enter(after, t);
       // Less resistance: the tip sinks in at once.
