@@ -255,6 +255,9 @@ double bound_of_motion(const Problem& problem) {
   return out_of_bounds * std::max(size, 1e-3);
 }
 
+/// Maximum number of times that a step without a solution is halved.
+constexpr int most_step_halvings = 4;
+
 /// Maximum number of repetitions of a step that violates the contact laws of tip or shaft.
 constexpr int most_revisions = 6;
 
@@ -280,6 +283,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     integrator_->set_tolerance(scene.simulation.solver_tolerance,
                                scene.simulation.solver_corrections);
     integrator_->prepare(stepped(), state_, update_length_);
+    if (plan.integrator->implicit) { start_ = state_; }
     if (relaxes_) { network_->remember(0.0, state_.position); }  // prepare() was about a stage
     find_relaxing();
     if (tool_) { measure_tool(); }
@@ -290,14 +294,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     const double begin = time();
     if (begins_) { integrator_->start(stepped(), state_, begin, update_length_); }
     begins_ = false;
-    for (int n = 0; n < plan.substeps; ++n) {
-      if (tool_) {
-        step_with_tool(begin + n * plan.h);
-      } else {
-        integrator_->step(*system_, state_, begin + n * plan.h, update_length_);
-      }
-      if (relaxes_) { network_->remember(begin + (n + 1) * plan.h, state_.position); }
-    }
+    const int halvings = plan.integrator->implicit && !plan.printed.any() ? most_step_halvings : 0;
+    for (int n = 0; n < plan.substeps; ++n) { advance(begin + n * plan.h, plan.h, halvings); }
     ++ticks;
     velocity_ = nullptr;
     elastic_energy_.reset();
@@ -397,7 +395,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   }
   [[nodiscard]] std::size_t memory_bytes() const noexcept override {
     const std::size_t stepping =
-        bytes_of(state_.position, state_.velocity) + integrator_->memory_bytes();
+        bytes_of(state_.position, state_.velocity, start_.position, start_.velocity) +
+        integrator_->memory_bytes();
     if (network_ == nullptr) { return stepping + sizeof(OscillatorSystem<Real>); }
     return stepping + network_->memory_bytes() + network->memory_bytes() +
            (tool_ ? tool_->system.memory_bytes() +
@@ -416,6 +415,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     ToolContact<Real> contact;
     ToolSystem<Real> system;
     State<Real> before;  ///< start of a step of an implicit scheme, which may be repeated
+    std::optional<typename ToolContact<Real>::Memory> memory{};  ///< at the start of a step
     Vector<Real> scratch;
   };
 
@@ -435,21 +435,44 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     for (const Column& column : tool_columns(scene)) { columns.push_back(column); }
     text_columns = tool_text_columns();
   }
-  /// Advances from t by one step [s]. Repeats a step of an implicit scheme while it violates the
-  /// contact laws of tip or shaft.
-  void step_with_tool(double t) noexcept {
+  /// Advances from t by one step of h [s]. An implicit step without a solution is taken in halves.
+  void advance(double t, double h, int halvings) noexcept {
+    if (halvings > 0) {
+      start_ = state_;
+      if (tool_) { tool_->memory = tool_->contact.memory(); }
+    }
+    if (tool_) {
+      step_with_tool(t, h);
+    } else {
+      integrator_->step(*system_, state_, t, plan.printed.no_time_step ? update_length_ : h);
+    }
+    if (halvings > 0 && std::isnan(state_.velocity(0))) {
+      state_ = start_;
+      if (tool_) {
+        tool_->contact.go_back(*tool_->memory);
+        tool_->system.forget();
+      }
+      advance(t, 0.5 * h, halvings - 1);
+      advance(t + 0.5 * h, 0.5 * h, halvings - 1);
+    } else if (relaxes_) {
+      network_->remember(t + h, state_.position);
+    }
+  }
+  /// Repeats a step of an implicit scheme while it violates the contact laws of tip or shaft.
+  void step_with_tool(double t, double h) noexcept {
     const bool implicit = plan.integrator->implicit;
     ToolContact<Real>& contact = tool_->contact;
-    if (contact.begin_step(t, plan.h, state_, plan.integrator->theta)) { tool_->system.forget(); }
+    if (contact.begin_step(t, h, state_, plan.integrator->theta)) { tool_->system.forget(); }
     const double before = audit_ ? damping_power() : 0.0;
     if (implicit) { tool_->before = state_; }
-    integrator_->step(tool_->system, state_, t, plan.h);
+    integrator_->step(tool_->system, state_, t, h);
     for (int n = 0; implicit && n < most_revisions && contact.update_active_set(state_); ++n) {
       state_ = tool_->before;
-      integrator_->step(tool_->system, state_, t, plan.h);
+      integrator_->step(tool_->system, state_, t, h);
     }
-    if (audit_) { contact.add_damping_loss(0.5 * plan.h * (before + damping_power())); }
-    contact.end_step(t + plan.h, state_);
+    if (std::isnan(state_.velocity(0))) { return; }
+    if (audit_) { contact.add_damping_loss(0.5 * h * (before + damping_power())); }
+    contact.end_step(t + h, state_);
   }
   /// Returns the power dissipated by the tissue's dampers [W].
   [[nodiscard]] double damping_power() noexcept {
@@ -501,6 +524,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   OscillatorSystem<Real>* oscillator_ = nullptr;
   std::unique_ptr<Integrator<Real>> integrator_;
   State<Real> state_;
+  State<Real> start_;   ///< of an implicit step, which may be halved
   bool begins_ = true;  ///< the integrator has not started
   bool audit_ = false;
   bool relaxes_ = false;

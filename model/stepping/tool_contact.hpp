@@ -290,6 +290,17 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     }
     return changed;
   }
+  /// What a step changes, for a step that is taken again from its start.
+  struct Memory {
+    ToolMemory tool;
+    ContactMemory contact;
+  };
+  [[nodiscard]] Memory memory() const noexcept { return {*this, *this}; }
+  void go_back(const Memory& start) noexcept {
+    if (sliding_ && centre_ != start.tool.centre_) { press_at(start.tool.centre_); }
+    static_cast<ToolMemory&>(*this) = start.tool;
+    static_cast<ContactMemory&>(*this) = start.contact;
+  }
   /// Adds the contact forces between tool and tissue to the forces f of a state.
   void apply(double t, const Vector<Real>& q, const Vector<Real>& v, Vector<Real>& f) noexcept {
     gather(q, v);

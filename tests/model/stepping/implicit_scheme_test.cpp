@@ -5,11 +5,13 @@
 #include <numeric>
 #include <random>
 
+#include "model/kernels/network_system.hpp"
 #include "model/kernels/supernode_factors.hpp"
 #include "model/kernels/system.hpp"
 #include "model/stepping/constraint_compliance.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/simulation.hpp"
+#include "model/stepping/step_plan.hpp"
 #include "model/tissue/lattice.hpp"
 #include "tests/check.hpp"
 
@@ -175,25 +177,57 @@ TEST("a limit of corrections bounds each step, and what it leaves decays in thos
   CHECK_NEAR(end_limited, end, 1e-9 * moved);  // both are at rest
 }
 
-/// Stiff blocks in soft tissue that is compressed to half its height and buckles: strongly
-/// nonlinear in every step.
-StepStatus press_mixed_block(double force) {
+/// Stiff blocks in soft tissue.
+SpringNetwork mixed_block() {
   SpringNetwork network = uniform_lattice({{5, 5, 6}, 0.003, 26}, 60.0, 0.3, 3e-5);
   for (std::size_t i = 0; i < 25; ++i) { network.fixed[i] = 1; }
   network.springs.change_each([&](Spring& spring) {
     const bool stiff = spring.a / 25 == 3 && spring.b / 25 == 3;
     if (stiff) { spring.stiffness = 6e5; }
   });
+  return network;
+}
+
+/// Scene that compresses the block to half its height, so that it buckles: strongly nonlinear in
+/// every step.
+Scene pressed(double force) {
   Scene scene = implicit_scene(0.05, "implicit-euler");
   scene.loads = {{.nodes = {137}, .force = {0.0, 0.3 * force, -force}}};
-  Simulation simulation(scene, network);
+  return scene;
+}
+
+StepStatus press_mixed_block(double force) {
+  Simulation simulation(pressed(force), mixed_block());
   return run(simulation);
+}
+
+/// Returns the number of steps of the scheme alone until one has no solution; at most 50.
+int steps_with_a_solution(double force) {
+  const Scene scene = pressed(force);
+  const NetworkProblem problem(mixed_block(), scene.loads, Eigen::Vector3d::Zero(), {});
+  const StepPlan plan = plan_steps(scene, problem);
+  const auto system = make_network_system<double>(problem, plan);
+  State<double> state{system->initial_position(), system->initial_velocity()};
+  const auto scheme = plan.integrator->make<double>();
+  scheme->prepare(*system, state, plan.h);
+  for (int n = 0; n < 50; ++n) {
+    scheme->step(*system, state, n * plan.h, plan.h);
+    if (!state.velocity.allFinite()) { return n; }
+  }
+  return 50;
 }
 
 TEST("steps far from linear find their solution with part of a correction") {
   for (const double force : check::sanitized ? std::vector{0.8} : std::vector{0.2, 0.4, 0.8}) {
     CHECK(press_mixed_block(force) == StepStatus::ok);
   }
+}
+
+TEST("a step without a solution is taken in halves, and one without any is divergence") {
+  CHECK(steps_with_a_solution(0.8) == 50);
+  CHECK(steps_with_a_solution(1.6) < 50);
+  CHECK(press_mixed_block(1.6) == StepStatus::ok);
+  CHECK(press_mixed_block(25.0) == StepStatus::diverged);
 }
 
 /// Position and velocity after one step on m = 1.
