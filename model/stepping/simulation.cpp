@@ -19,6 +19,7 @@
 #include "model/problem/problem.hpp"
 #include "model/problem/trace.hpp"
 #include "model/stepping/integrator.hpp"
+#include "model/stepping/pressed_network.hpp"
 #include "model/stepping/tool_system.hpp"
 
 namespace palpate {
@@ -427,6 +428,7 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     relaxes_ = relaxes(network->network());
     state_ = {network_->initial_position(), network_->initial_velocity()};
     if (!scene.needle && !scene.probe) { return; }
+    bend_contact(scene);
     tool_ = std::make_unique<Tool>(scene, *network, *network_, plan.tip);
     tool_->contact.begin(state_);
     if (plan.integrator->implicit) { tool_->before = state_; }
@@ -434,6 +436,31 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     tool = &tool_->contact;
     for (const Column& column : tool_columns(scene)) { columns.push_back(column); }
     text_columns = tool_text_columns();
+  }
+  /// Completes the law of a contact on a skin that is dented deeply: what the network's own dent
+  /// leaves of the continuum's.
+  void bend_contact(const Scene& scene) {
+    LargeDent& large = plan.tip.large;
+    if (large.dent.empty()) { return; }
+    std::unique_ptr<NetworkSystem<Real>> list;  // explicit schemes may have no matrices
+    if (!plan.integrator->implicit) {
+      StepPlan still = plan;
+      still.lattice = false;
+      still.integrator = find_integrator("implicit-euler");
+      list = make_network_system<Real>(*network, still);
+    }
+    NetworkSystem<Real>& pressed = list ? *list : *network_;
+    const NeedlePath path(scene, network->network());
+    const std::size_t count = large.dent.size();
+    const std::vector<double> own =
+        dents_of_grid(pressed, path, path.knots().front().depth, large.step, count);
+    const std::vector<double> at_end = dents_of_grid(
+        pressed, path, large.end, large.cutting_force / static_cast<double>(count - 1), count);
+    if (own.empty() || at_end.empty()) {
+      plan.warnings.push_back(membrane_warning(path, plan.tip));
+      return;
+    }
+    large.complete(plan.tip.depth, plan.tip.value, own, at_end.back());
   }
   /// Advances from t by one step of h [s]. An implicit step without a solution is taken in halves.
   void advance(double t, double h, int halvings) noexcept {

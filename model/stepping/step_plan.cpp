@@ -302,28 +302,6 @@ void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   }
 }
 
-/// Warns if a first layer without a cell of its own, ten times as stiff as the next one, is dented
-/// deeper than it is thick before it is cut. It then resists by the tension of a membrane (large
-/// deflection of a plate: S. Timoshenko, S. Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed.
-/// 1959, ch. 13), which neither such cells nor the linear compliance of the contact have.
-void warn_of_membrane(const NeedlePath& path, StepPlan& plan) {
-  const std::vector<PathInterval>& intervals = path.intervals();
-  if (intervals.size() < 2) { return; }
-  const PathInterval& skin = intervals[0];
-  const double thickness = (skin.end - skin.begin) * path.direction().z();
-  const double dent = plan.tip.continuum * std::max(skin.puncture_force, skin.cutting_force);
-  const bool stiff = skin.youngs_modulus > 10.0 * intervals[1].youngs_modulus;
-  if (!stiff || thickness >= plan.tip.spacing || !(dent > thickness) || !std::isfinite(dent)) {
-    return;
-  }
-  plan.warnings.push_back(skin.label + " (" + number(1e3 * thickness) + " mm) is dented by about " +
-                          number(1e3 * dent) +
-                          " mm before it is cut. From a dent of its thickness on, its tension "
-                          "stiffens it, which these cells do not show: the dent is too deep; a "
-                          "spacing of " +
-                          number(0.5 * thickness) + " m would resolve it");
-}
-
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool
 /// on the nodes of its contact points.
 void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
@@ -332,7 +310,10 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   TipCompliance& tip = plan.tip;
   if (tip.spacing > 0.0) {
     warn_of_collapse(path, plan);
-    warn_of_membrane(path, plan);
+    if (tip.large.step > 0.0 && (tip.large.dent.empty() || scene.simulation.printed.any())) {
+      tip.large.dent.clear();
+      plan.warnings.push_back(membrane_warning(path, tip));
+    }
   }
   if (tip.excess > 0.05) {
     plan.warnings.push_back("the grid is softer under the tool than the continuum, by up to " +
@@ -356,7 +337,8 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
         "compliance of the contact: the grid resolves the tool, or its "
         "material is unknown");
   } else {
-    stiffness += 1.0 / std::ranges::min(plan.tip.value);
+    const double softest = tip.large.dent.empty() ? 1.0 : LargeDent::least_slope;
+    stiffness += 1.0 / (softest * std::ranges::min(tip.value));
   }
   if (stiffness == 0.0) { return; }
   double mobility = 0.0;
@@ -408,6 +390,17 @@ std::string kernel_name(bool lattice, bool printed, bool damped, bool single) {
 }
 
 }  // namespace
+
+std::string membrane_warning(const NeedlePath& path, const TipCompliance& tip) {
+  const PathInterval& skin = path.intervals().front();
+  const double thickness = (skin.end - skin.begin) * path.direction().z();
+  const double dent = tip.continuum * std::max(skin.puncture_force, skin.cutting_force);
+  return skin.label + " (" + number(1e3 * thickness) + " mm) is dented by about " +
+         number(1e3 * dent) +
+         " mm before it is cut. From a dent of its thickness on, its tension stiffens it, which "
+         "these cells do not show: the dent is too deep; a spacing of " +
+         number(0.5 * thickness) + " m would resolve it";
+}
 
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   StepPlan plan;

@@ -48,6 +48,10 @@ struct StepPlan {
 /// Throws std::invalid_argument for an integrator that is unknown or does not support an erratum.
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip = true);
 
+/// Returns the warning that a first layer is dented too deep, because neither its cells nor the
+/// linear compliance of the contact have the tension of a membrane.
+std::string membrane_warning(const NeedlePath& path, const TipCompliance& tip);
+
 /// Builds the network in the planned form. `problem` must outlive it.
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_network_system(const NetworkProblem& problem,

@@ -737,12 +737,12 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
   /// Returns the gap of the contact at a depth under a force on the tissue that the tip presses
   /// [m].
   [[nodiscard]] double dent_at(double depth, double force) const noexcept {
-    return compliance_.of_continuum.empty() ? compliance_.at(depth) * force
-                                            : law_at(depth).gap(force);
+    return compliance_.is_linear() ? compliance_.at(depth) * force : law_at(depth).gap(force);
   }
   /// Returns the law of the contact at a depth, in the tissue that the tip presses.
   [[nodiscard]] DentLaw law_at(double depth) const noexcept {
-    return compliance_.law(depth, path_.intervals()[path_.interval_at(cut_)].indentation_toe);
+    const std::size_t interval = path_.interval_at(cut_);
+    return compliance_.law(depth, path_.intervals()[interval].indentation_toe, interval == 0);
   }
   /// Returns the end of the piece of the path from `depth` on in which U and c_s are linear [m].
   [[nodiscard]] double end_of_piece(double depth) const noexcept {
@@ -774,9 +774,9 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
   /// Returns the energy of the tissue that the tip presses [J].
   [[nodiscard]] double pressed_energy() const noexcept {
     const double force = pressing_force();
-    if (compliance_.of_continuum.empty()) { return 0.5 * softness_ * force * force; }
+    if (compliance_.is_linear()) { return 0.5 * softness_ * force * force; }
     const DentLaw law = law_at(depth_);
-    return law.toe > 0.0 ? law.energy(law.gap(force)) : 0.5 * softness_ * force * force;
+    return law.is_linear() ? 0.5 * softness_ * force * force : law.energy(law.gap(force));
   }
   /// Compliance of that tissue in an implicit step, as a mobility [1/kg].
   [[nodiscard]] double step_softness() const noexcept {
@@ -810,16 +810,15 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     relaxation.remember(&elastic);
     soften();
   }
-  /// Computes the compliance at the current depth, and what relaxation and a toe make of it: the
-  /// tangent at the current gap, in an implicit step at the gap before it.
+  /// Computes the compliance at the current depth, and what relaxation, a toe and a large dent make
+  /// of it: the tangent at the current gap, in an implicit step at the gap before it.
   void soften() noexcept {
     softness_ = compliance_.at(depth_);
     crept_ = 0.0;
-    const bool no_toe = compliance_.of_continuum.empty();
-    if (tip_ != TipMode::stuck || (no_toe && !relaxes())) { return; }
+    if (tip_ != TipMode::stuck || (compliance_.is_linear() && !relaxes())) { return; }
     const Relaxed now = relaxes() ? contact_relaxation().of(0) : Relaxed{};
     const DentLaw law = law_at(depth_);
-    if (law.toe == 0.0) {
+    if (law.is_linear()) {
       softness_ /= now.share;
       crept_ = softness_ * now.held;
       return;

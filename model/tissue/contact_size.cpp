@@ -556,42 +556,6 @@ double DentLaw::at_dent(double dent) const noexcept {
   return dent * (slope_at_rest + 0.5 * (1.0 - slope_at_rest) * dent / toe) / continuum;
 }
 
-double DentLaw::force(double gap) const noexcept {
-  if (toe == 0.0) { return gap / compliance; }
-  return gap > 0.0 ? at_dent(dent(gap)) : gap * slope(0.0);
-}
-
-double DentLaw::slope(double gap) const noexcept {
-  if (toe == 0.0) { return 1.0 / compliance; }
-  const double share = std::min(dent(std::max(gap, 0.0)) / toe, 1.0);
-  const double of_dent = (slope_at_rest + (1.0 - slope_at_rest) * share) / continuum;
-  return of_dent / (1.0 - of_dent * (continuum - compliance));
-}
-
-double DentLaw::gap(double force) const noexcept {
-  if (toe == 0.0) { return compliance * force; }
-  const double flat = continuum * force;  // dent of a flat punch
-  const double straight = flat - 0.5 * (1.0 + slope_at_rest) * toe;
-  const double dent =
-      straight > 0.0 ? toe + straight
-                     : 2.0 * flat /
-                           (slope_at_rest + std::sqrt(slope_at_rest * slope_at_rest +
-                                                      2.0 * (1.0 - slope_at_rest) * flat / toe));
-  return dent - (continuum - compliance) * force;
-}
-
-double DentLaw::energy(double gap) const noexcept {
-  const double tip = force(gap);
-  if (toe == 0.0) { return 0.5 * compliance * tip * tip; }
-  const double all = dent(std::max(gap, 0.0));
-  const double bent = std::min(all, toe);
-  const double straight = all - bent;
-  const double work =
-      bent * bent * (0.5 * slope_at_rest + (1.0 - slope_at_rest) * bent / (6.0 * toe)) / continuum +
-      straight * (at_dent(toe) + 0.5 * straight / continuum);
-  return work - 0.5 * (continuum - compliance) * tip * tip;
-}
-
 namespace {
 
 /// Returns the value of a table at a place: linear between depths, constant beyond.
@@ -605,12 +569,105 @@ double between(const std::vector<double>& depth, const std::vector<double>& valu
   return value[high - 1] + share * (value[high] - value[high - 1]);
 }
 
+/// Returns the value at a force of values at multiples of a step, linear between them and beyond.
+double at_force(const std::vector<double>& value, double step, double force) {
+  const double most = static_cast<double>(value.size() - 2);
+  const double low = std::clamp(std::floor(force / step), 0.0, most);
+  const auto n = static_cast<std::size_t>(low);
+  return value[n] + (force / step - low) * (value[n + 1] - value[n]);
+}
+
 }  // namespace
+
+double LargeDent::phi(double force) const noexcept { return at_force(linear_force, step, force); }
+
+std::array<double, 2> LargeDent::force_of(double phi) const noexcept {
+  const auto above = std::ranges::upper_bound(linear_force, phi) - linear_force.begin();
+  const auto high =
+      static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(above, 1, std::ssize(linear_force) - 1));
+  const double slope = step / (linear_force[high] - linear_force[high - 1]);
+  return {static_cast<double>(high - 1) * step + slope * (phi - linear_force[high - 1]), slope};
+}
+
+double LargeDent::work(double force) const noexcept {
+  double work = 0.0;
+  double before = 0.0;
+  for (std::size_t n = 1; n < linear_force.size() && before < force; ++n) {
+    const bool last = n + 1 == linear_force.size();
+    const double to = last ? force : std::min(force, static_cast<double>(n) * step);
+    work += 0.5 * (linear_force[n] - linear_force[n - 1]) / step * (to * to - before * before);
+    before = to;
+  }
+  return work;
+}
+
+void LargeDent::complete(const std::vector<double>& depth, const std::vector<double>& lacking,
+                         const std::vector<double>& own, double own_end) {
+  linear_force = {0.0};
+  for (std::size_t n = 1; n < dent.size(); ++n) {
+    const double least = linear_force.back() + least_slope * step;
+    linear_force.push_back(std::max(least, (dent[n] - own[n]) / lacking.front()));
+  }
+  // Through the skin the dents change as in small deformation, but to the end's.
+  const double force = phi(cutting_force);
+  const double beyond = lacking.front() * (cutting_force - force);
+  const double at_end = between(depth, lacking, end) * cutting_force - beyond;
+  const double ramp = (end_dent - own_end - at_end) / (end - depth.front());
+  compliance.clear();
+  for (std::size_t n = 0; n < depth.size(); ++n) {
+    const double gap =
+        lacking[n] * cutting_force - beyond + ramp * (std::min(depth[n], end) - depth.front());
+    compliance.push_back(std::max(gap / force, least_slope * lacking.front()));
+  }
+}
+
+double DentLaw::force(double gap) const noexcept {
+  if (large != nullptr) { return large->force_of(gap / compliance)[0]; }
+  if (toe == 0.0) { return gap / compliance; }
+  return gap > 0.0 ? at_dent(dent(gap)) : gap * slope(0.0);
+}
+
+double DentLaw::slope(double gap) const noexcept {
+  if (large != nullptr) { return large->force_of(gap / compliance)[1] / compliance; }
+  if (toe == 0.0) { return 1.0 / compliance; }
+  const double share = std::min(dent(std::max(gap, 0.0)) / toe, 1.0);
+  const double of_dent = (slope_at_rest + (1.0 - slope_at_rest) * share) / continuum;
+  return of_dent / (1.0 - of_dent * (continuum - compliance));
+}
+
+double DentLaw::gap(double force) const noexcept {
+  if (large != nullptr) { return compliance * large->phi(force); }
+  if (toe == 0.0) { return compliance * force; }
+  const double flat = continuum * force;  // dent of a flat punch
+  const double straight = flat - 0.5 * (1.0 + slope_at_rest) * toe;
+  const double dent =
+      straight > 0.0 ? toe + straight
+                     : 2.0 * flat /
+                           (slope_at_rest + std::sqrt(slope_at_rest * slope_at_rest +
+                                                      2.0 * (1.0 - slope_at_rest) * flat / toe));
+  return dent - (continuum - compliance) * force;
+}
+
+double DentLaw::energy(double gap) const noexcept {
+  const double tip = force(gap);
+  if (large != nullptr) { return compliance * large->work(tip); }
+  if (toe == 0.0) { return 0.5 * compliance * tip * tip; }
+  const double all = dent(std::max(gap, 0.0));
+  const double bent = std::min(all, toe);
+  const double straight = all - bent;
+  const double work =
+      bent * bent * (0.5 * slope_at_rest + (1.0 - slope_at_rest) * bent / (6.0 * toe)) / continuum +
+      straight * (at_dent(toe) + 0.5 * straight / continuum);
+  return work - 0.5 * (continuum - compliance) * tip * tip;
+}
 
 double TipCompliance::at(double place) const noexcept { return between(depth, value, place); }
 
-DentLaw TipCompliance::law(double place, double toe) const noexcept {
+DentLaw TipCompliance::law(double place, double toe, bool skin) const noexcept {
   if (value.empty()) { return {}; }
+  if (skin && !large.linear_force.empty()) {
+    return {.compliance = between(depth, large.compliance, place), .large = &large};
+  }
   return {at(place), toe > 0.0 ? between(depth, of_continuum, place) : 0.0, toe};
 }
 
@@ -642,6 +699,38 @@ std::vector<double> depths_of(const NeedlePath& path, const std::vector<double>&
     if (depths.empty() || depth > depths.back() + same) { depths.push_back(depth); }
   }
   return depths;
+}
+
+/// Returns the dents of a first layer that resists by its tension before it is cut: it is ten
+/// times as stiff as the next one, has no cell of its own, and is dented deeper than it is thick.
+/// Its force may be out of reach of the layers' law: then the dents are empty.
+LargeDent large_dent(const std::vector<PathInterval>& intervals, double slope,
+                     const std::vector<ColumnLayer>& layers, double radius,
+                     const std::vector<double>& continuum, const TipCompliance& tip) {
+  constexpr int steps = 8;
+  if (intervals.size() < 2 || layers.size() < 2) { return {}; }
+  const PathInterval& skin = intervals[0];
+  const double force = std::max(skin.puncture_force, skin.cutting_force);
+  const double thickness = (skin.end - skin.begin) * slope;
+  const bool stiff = skin.youngs_modulus > 10.0 * intervals[1].youngs_modulus;
+  if (!stiff || thickness >= tip.spacing || !std::isfinite(force) ||
+      !(force * tip.continuum > thickness)) {
+    return {};
+  }
+  LargeDent large{.step = force / steps, .cutting_force = skin.cutting_force, .end = skin.end};
+  std::vector<double> forces{1e-3 * large.step};  // small deformation first
+  for (int n = 1; n <= steps; ++n) { forces.push_back(n * large.step); }
+  const std::vector<double> dents = large_dents(layers, radius, forces);
+  if (dents.empty()) { return large; }
+  // Rings of finite size lack compliance close to the tip.
+  const double missing = tip.continuum - dents[0] / forces[0];
+  large.dent = {0.0};
+  for (std::size_t n = 1; n < dents.size(); ++n) {
+    large.dent.push_back(dents[n] + missing * forces[n]);
+  }
+  large.end_dent = at_force(large.dent, large.step, skin.cutting_force) +
+                   (between(tip.depth, continuum, skin.end) - tip.continuum) * skin.cutting_force;
+  return large;
 }
 
 }  // namespace
@@ -697,6 +786,9 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   for (double& value : tip.value) { value = std::max(value, least); }
   for (std::size_t n = 0; toe && n < depths.size(); ++n) {
     tip.of_continuum.push_back(std::max(continuum[n], tip.value[n]));
+  }
+  if (scene.needle && !toe) {
+    tip.large = large_dent(intervals_, direction_.z(), column.layers, radius, continuum, tip);
   }
   return tip;
 }

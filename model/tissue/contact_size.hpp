@@ -26,6 +26,11 @@ struct ColumnLayer {
 std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers, double radius,
                                          const std::vector<double>& depths);
 
+/// Returns the dents [m] of the same layers under ascending forces [N], in large deformation. The
+/// layers are neo-Hookean. Returns an empty list if the tip finds no equilibrium.
+std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, double radius,
+                                const std::vector<double>& forces);
+
 /// Axial compliance of a probe's face on layers [m/N] for two pressures and both: the displacement
 /// is the mean with the weight of one pressure under the force of the other. On a disc the
 /// pressures are that of a flat punch, p ~ 1 / sqrt(1 - r^2 / a^2), and Hertz's, p ~ sqrt(1 - r^2 /

@@ -83,18 +83,43 @@ TEST("a speed and a depth beyond those of a hand are warned of, because they wer
             warnings, "drive.depth is 30 m, more than a hand moves a needle; 1 mm is 0.001") == 1);
 }
 
-TEST("a thin skin that is dented deeper than it is thick is warned of") {
+TEST(
+    "a thin skin that is dented deeper than it is thick gets the law of a large dent, or a "
+    "warning") {
   Scene scene = layered_scene();
   scene.tissue.layers[0].thickness = 0.002;
   scene.materials[0].youngs_modulus = 1.5e6;
   scene.materials[0].cutting_force = 3.0;
   scene.materials[1].youngs_modulus = 20e3;
-  CHECK(mentions(plan_of(scene).warnings, "skin (2 mm) is dented by about"));
+  scene.simulation.integrator = "implicit-euler";
+  const Simulation simulation(scene);
+  const LargeDent& large = simulation.plan().tip.large;
+  CHECK(!mentions(simulation.plan().warnings, "is dented by about"));
+  REQUIRE(large.linear_force.size() == 9);
+  for (std::size_t n = 1; n < 9; ++n) { CHECK(large.linear_force[n] > large.linear_force[n - 1]); }
+  CHECK(large.dent[8] < 0.9 * large.step * 8.0 * simulation.plan().tip.continuum);
+  // Explicit schemes have the same law.
+  scene.simulation.integrator = "velocity-verlet";
+  const Simulation explicit_one(scene);
+  const LargeDent& same = explicit_one.plan().tip.large;
+  REQUIRE(same.linear_force.size() == 9);
+  CHECK_NEAR(same.linear_force[8], large.linear_force[8], 1e-5 * large.linear_force[8]);
+  const auto law_of = [&] { return plan_of(scene).tip.large.dent.size(); };
+  CHECK(law_of() == 9);
   scene.materials[0].cutting_force = 0.1;  // cut before the dent is as deep
+  CHECK(law_of() == 0);
   CHECK(!mentions(plan_of(scene).warnings, "is dented by about"));
   scene.materials[0].cutting_force = 3.0;
+  scene.materials[0].indentation_toe = 1e-3;  // a measured dent
+  CHECK(law_of() == 0);
+  scene.materials[0].indentation_toe = 0.0;
   scene.materials[0].youngs_modulus = 9.0 * scene.materials[1].youngs_modulus;
+  CHECK(law_of() == 0);
   CHECK(!mentions(plan_of(scene).warnings, "is dented by about"));
+  scene.materials[0].youngs_modulus = 1.5e6;
+  scene.materials[0].cutting_force = 300.0;  // would pierce layers as stiff as these
+  CHECK(law_of() == 0);
+  CHECK(mentions(plan_of(scene).warnings, "skin (2 mm) is dented by about"));
 }
 
 TEST("the number of substeps is the smallest that keeps the margin") {

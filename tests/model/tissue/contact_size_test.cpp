@@ -206,4 +206,70 @@ TEST("the grid and a contact with a toe are together as soft as the continuum") 
   }
 }
 
+TEST("dents in large deformation begin as those of the layered continuum") {
+  for (const double thickness : {5e-3, 28e-3}) {
+    const std::vector<ColumnLayer> layers{{2e-3, 1.5e6, 0.48}, {thickness, 9.1e3, 0.49}};
+    const double exact = continuum_compliance(layers, 0.8e-3, {0.0})[0];
+    const std::vector<double> dents = large_dents(layers, 0.8e-3, {1e-4, 4.0});
+    CHECK(dents.size() == 2);
+    // Rings of a quarter of the skin and half of the tip are stiffer than the continuum.
+    CHECK_NEAR(dents.at(0) / 1e-4, exact, 0.04 * exact);
+    CHECK(dents.at(0) / 1e-4 < exact);
+    // A plate in tension is stiffer than a bent one.
+    CHECK(dents.at(1) / 4.0 < 0.95 * exact);
+  }
+}
+
+TEST("layers that a tip would pierce have no dent in large deformation") {
+  CHECK(large_dents({{2e-3, 1e3, 0.48}, {20e-3, 1e2, 0.48}}, 0.8e-3, {1e-3, 10.0}).empty());
+}
+
+/// Law of a contact of 2 mm/N on a skin of 2 mm, and the dents of the grid, linear and stiffening.
+LargeDent some_large_dent(const std::vector<double>& own, double own_end) {
+  LargeDent large{.step = 1.0,
+                  .dent = {0.0, 3e-3, 5e-3, 6e-3},
+                  .cutting_force = 2.5,
+                  .end = 2e-3,
+                  .end_dent = 5.2e-3};
+  large.complete({0.0, 1e-3, 2e-3, 3e-3}, {2e-3, 1.9e-3, 1.7e-3, 1.5e-3}, own, own_end);
+  return large;
+}
+
+TEST("the grid and a contact on a skin give the dent of the continuum together") {
+  const std::vector<double> own{0.0, 1e-3, 1.8e-3, 2.5e-3};
+  const LargeDent large = some_large_dent(own, 1.9e-3);
+  const auto law = [&](std::size_t depth) {
+    return DentLaw{.compliance = large.compliance[depth], .large = &large};
+  };
+  for (std::size_t n = 0; n < own.size(); ++n) {
+    CHECK_NEAR(law(0).gap(static_cast<double>(n)) + own[n], large.dent[n], 1e-15);
+  }
+  CHECK_NEAR(law(2).gap(2.5) + 1.9e-3, large.end_dent, 1e-15);
+  CHECK_NEAR(law(3).gap(2.5), law(2).gap(2.5), 0.2e-3 * 2.5 + 1e-15);
+}
+
+TEST("gap, slope and energy of a contact on a skin belong to its force, however stiff the grid") {
+  // The last grid gives way by more than the continuum.
+  for (const std::vector<double>& own : {std::vector<double>{0.0, 1e-3, 1.8e-3, 2.5e-3},
+                                         std::vector<double>{0.0, 2e-3, 5.5e-3, 8e-3}}) {
+    const LargeDent large = some_large_dent(own, 1.9e-3);
+    const DentLaw law{.compliance = large.compliance[1], .large = &large};
+    const double most = law.gap(4.0);
+    const double step = most / 20000.0;
+    double energy = 0.0;
+    for (int n = 0; n < 20000; ++n) { energy += step * law.force((n + 0.5) * step); }
+    // The midpoint rule misses each bend by at most a step.
+    CHECK_NEAR(law.energy(most), energy, 1e-6 * energy);
+    for (const double force : {0.3, 1.5, 2.7, 4.0}) {
+      const double gap = law.gap(force);
+      CHECK_NEAR(law.force(gap), force, 1e-12);
+      const double slope =
+          (law.force(gap + 0.01 * step) - law.force(gap - 0.01 * step)) / (0.02 * step);
+      CHECK_NEAR(law.slope(gap), slope, 1e-6 * slope);
+      CHECK(law.slope(gap) * LargeDent::least_slope * law.compliance < 1.0 + 1e-9);
+    }
+    CHECK_NEAR(law.force(-1e-3), law.slope(0.0) * -1e-3, 1e-12);
+  }
+}
+
 }  // namespace

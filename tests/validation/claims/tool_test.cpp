@@ -59,7 +59,13 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
                             }};
   const Mutation hollow{.name = "no volume terms",
                         .model = [](Scene&, SpringNetwork& network) { network.cells.clear(); }};
+  const Mutation soft_skin{.name = "skin 20 % too soft", .model = [](Scene& scene, SpringNetwork&) {
+                             for (Material& material : scene.materials) {
+                               if (material.name == "skin") { material.youngs_modulus *= 0.8; }
+                             }
+                           }};
   check_red("", {{wide, {"needle/continuum-stiffness"}},
+                 {soft_skin, {"needle/skin-dent"}},
                  {wide_disc, {"probe/layer", "probe/half-space"}},
                  {uneven, {"probe/slide"}},
                  {late_probe, {"probe/slide"}},
