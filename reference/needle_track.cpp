@@ -112,6 +112,9 @@ constexpr double rounding = 1e-9;  ///< tolerance of a position, in units of the
 
 std::vector<TrackGive> give_of(const Scene& scene, const SpringNetwork& network) {
   const TipCompliance tip = NeedlePath(scene, network).tip_compliance(scene, network);
+  if (!tip.large.dent.empty()) {
+    throw SolverError("insertion: the reference has no large dent of a skin");
+  }
   std::vector<TrackGive> give;
   for (std::size_t n = 0; n < tip.value.size(); ++n) {
     give.push_back({tip.depth[n], tip.value[n]});

@@ -284,7 +284,11 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     integrator_->set_tolerance(scene.simulation.solver_tolerance,
                                scene.simulation.solver_corrections);
     integrator_->prepare(stepped(), state_, update_length_);
-    if (plan.integrator->implicit) { start_ = state_; }
+    if (plan.integrator->implicit && !plan.printed.any()) {
+      halvings_ = most_step_halvings;
+      start_ = state_;
+    }
+    plain_ = halvings_ == 0 && !tool_;
     if (relaxes_) { network_->remember(0.0, state_.position); }  // prepare() was about a stage
     find_relaxing();
     if (tool_) { measure_tool(); }
@@ -295,8 +299,16 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     const double begin = time();
     if (begins_) { integrator_->start(stepped(), state_, begin, update_length_); }
     begins_ = false;
-    const int halvings = plan.integrator->implicit && !plan.printed.any() ? most_step_halvings : 0;
-    for (int n = 0; n < plan.substeps; ++n) { advance(begin + n * plan.h, plan.h, halvings); }
+    for (int n = 0; n < plan.substeps; ++n) {
+      if (plain_) {
+        integrator_->step(*system_, state_, begin + n * plan.h, update_length_);
+      } else if (halvings_ > 0) {
+        advance(begin + n * plan.h, plan.h, halvings_);
+      } else {
+        step_with_tool(begin + n * plan.h, plan.h);
+      }
+      if (relaxes_) { network_->remember(begin + (n + 1) * plan.h, state_.position); }
+    }
     ++ticks;
     velocity_ = nullptr;
     elastic_energy_.reset();
@@ -462,39 +474,38 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     }
     large.complete(plan.tip.depth, plan.tip.value, own, at_end.back());
   }
-  /// Advances from t by one step of h [s]. An implicit step without a solution is taken in halves.
+  /// Advances from t by one implicit step of h [s], in halves if it has no solution.
   void advance(double t, double h, int halvings) noexcept {
-    if (halvings > 0) {
-      start_ = state_;
-      if (tool_) { tool_->memory = tool_->contact.memory(); }
-    }
+    start_ = state_;
     if (tool_) {
+      tool_->memory = tool_->contact.memory();
       step_with_tool(t, h);
     } else {
-      integrator_->step(*system_, state_, t, plan.printed.no_time_step ? update_length_ : h);
+      integrator_->step(*system_, state_, t, h);
     }
-    if (halvings > 0 && std::isnan(state_.velocity(0))) {
-      state_ = start_;
-      if (tool_) {
-        tool_->contact.go_back(*tool_->memory);
-        tool_->system.forget();
-      }
-      advance(t, 0.5 * h, halvings - 1);
-      advance(t + 0.5 * h, 0.5 * h, halvings - 1);
-    } else if (relaxes_) {
-      network_->remember(t + h, state_.position);
+    if (halvings == 0 || !std::isnan(state_.velocity(0))) { return; }
+    state_ = start_;
+    if (tool_) {
+      tool_->contact.go_back(*tool_->memory);
+      tool_->system.forget();
     }
+    advance(t, 0.5 * h, halvings - 1);
+    if (relaxes_) { network_->remember(t + 0.5 * h, state_.position); }
+    advance(t + 0.5 * h, 0.5 * h, halvings - 1);
   }
   /// Repeats a step of an implicit scheme while it violates the contact laws of tip or shaft.
   void step_with_tool(double t, double h) noexcept {
     const bool implicit = plan.integrator->implicit;
     ToolContact<Real>& contact = tool_->contact;
-    if (contact.begin_step(t, h, state_, plan.integrator->theta)) { tool_->system.forget(); }
+    const bool changed = contact.begin_step(t, h, state_, plan.integrator->theta);
+    if (changed) { tool_->system.forget(); }
     const double before = audit_ ? damping_power() : 0.0;
-    if (implicit) { tool_->before = state_; }
+    const bool copied = halvings_ > 0 && !changed;  // by advance()
+    if (implicit && !copied) { tool_->before = state_; }
+    const State<Real>& begin = copied ? start_ : tool_->before;
     integrator_->step(tool_->system, state_, t, h);
     for (int n = 0; implicit && n < most_revisions && contact.update_active_set(state_); ++n) {
-      state_ = tool_->before;
+      state_ = begin;
       integrator_->step(tool_->system, state_, t, h);
     }
     if (std::isnan(state_.velocity(0))) { return; }
@@ -552,6 +563,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   std::unique_ptr<Integrator<Real>> integrator_;
   State<Real> state_;
   State<Real> start_;   ///< of an implicit step, which may be halved
+  int halvings_ = 0;    ///< maximum number for a step
+  bool plain_ = false;  ///< steps need no tool and no halving
   bool begins_ = true;  ///< the integrator has not started
   bool audit_ = false;
   bool relaxes_ = false;

@@ -193,6 +193,15 @@ TEST("planes beside which the line passes have no knot; layers are longer, and t
   CHECK(std::isinf(track.intervals[1].end));
 }
 
+TEST("a skin that is dented deeply has no reference") {
+  Scene scene = sample::block_scene(5, {{0.002, 3.0, 1.0}, {0.018, 0.2, 2.0}}, {});
+  scene.materials[0].youngs_modulus = 1.5e6;
+  scene.materials[1].youngs_modulus = 10e3;
+  CHECK_THROWS(track_of(scene), "large dent of a skin");
+  scene.materials[0].cutting_force = 0.01;
+  CHECK(!track_of(scene).give.empty());
+}
+
 TEST("the last inclusion that holds a point wins, by its exact shape") {
   Scene scene = sample::block_scene(5, {{0.03, 0.1, 1.0}}, {});
   scene.materials.push_back({.name = "cyst", .youngs_modulus = 1e3, .cutting_force = 0.4});

@@ -32,7 +32,9 @@ inline const reference::Cache& shared_references() {
 
 inline void check_status(const std::string& name, const Mutation* mutation, Status expected) {
   const std::vector<std::string> patterns{name};
-  const CaseContext context{.quick = true, .mutation = mutation, .cache = &shared_references()};
+  // A drawn scene can hide a fault behind the error that its verdict allows; this one does not.
+  const CaseContext context{
+      .quick = true, .seed = 11, .mutation = mutation, .cache = &shared_references()};
   const Outcome outcome = run_case(select_cases(all_cases(), patterns, true).front(), context);
   if (outcome.status != expected) {
     std::printf("  %s is %s with \"%s\": %s\n", name.c_str(), name_of(outcome.status).data(),
