@@ -19,7 +19,6 @@
 #include "model/problem/problem.hpp"
 #include "model/problem/trace.hpp"
 #include "model/stepping/integrator.hpp"
-#include "model/stepping/pressed_network.hpp"
 #include "model/stepping/tool_system.hpp"
 
 namespace palpate {

@@ -290,7 +290,7 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     }
     return changed;
   }
-  /// What a step changes, for a step that is taken again from its start.
+  /// State of the tool before a step, from which the step can be taken again.
   struct Memory {
     ToolMemory tool;
     ContactMemory contact;
