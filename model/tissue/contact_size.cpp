@@ -610,6 +610,10 @@ void LargeDent::complete(const std::vector<double>& depth, const std::vector<dou
   }
   // Through the skin the dents change as in small deformation, but to the end's.
   const double force = phi(cutting_force);
+  if (!(force > 0.0)) {  // a tip that cuts without force dents nothing
+    compliance = lacking;
+    return;
+  }
   const double beyond = lacking.front() * (cutting_force - force);
   const double at_end = between(depth, lacking, end) * cutting_force - beyond;
   const double ramp = (end_dent - own_end - at_end) / (end - depth.front());

@@ -248,6 +248,15 @@ TEST("the grid and a contact on a skin give the dent of the continuum together")
   CHECK_NEAR(law(3).gap(2.5), law(2).gap(2.5), 0.2e-3 * 2.5 + 1e-15);
 }
 
+TEST("a skin that is punctured and then cut without force has a law") {
+  LargeDent large{.step = 1.0, .dent = {0.0, 3e-3, 5e-3}, .end = 2e-3};
+  large.complete({0.0, 2e-3}, {2e-3, 1.7e-3}, {0.0, 1e-3, 2e-3}, 0.0);
+  const DentLaw law{.compliance = large.compliance[1], .large = &large};
+  CHECK_NEAR(law.compliance, 1.7e-3, 0.0);
+  CHECK_NEAR(law.gap(0.0), 0.0, 0.0);
+  CHECK_NEAR(law.force(law.gap(1.5)), 1.5, 1e-12);
+}
+
 TEST("gap, slope and energy of a contact on a skin belong to its force, however stiff the grid") {
   // The last grid gives way by more than the continuum.
   for (const std::vector<double>& own : {std::vector<double>{0.0, 1e-3, 1.8e-3, 2.5e-3},
