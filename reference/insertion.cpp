@@ -720,7 +720,7 @@ class Run {
     add("loss.hand_j", "J", work(0));
     add("loss.damping_j", "J", work(1));
     add("loss.friction_j", "J", work(2));
-    add("loss.cutting_j", "J", work(3) - now.pressed_energy());
+    add("loss.cutting_j", "J", work(3) - now.pressed_energy);
     add("loss.impact_j", "J", transitions_.impact_loss());
     const auto column = static_cast<Index>(trace_.rows());
     trace_.position.col(column) = mechanics_.problem().initial_position() + y_.head(n);

@@ -148,7 +148,8 @@ double Mechanics::pace(const Mode& mode, const VectorXd& y) const {
              (track_.knots[k + 1].depth - track_.knots[k].depth);
   }
   if (mode.tip == Tip::cutting && !track_.give.empty()) {
-    slope += track_.intervals[mode.interval].cutting_force * track_.give_at(mode.stretch, 0.0)[1];
+    slope += track_.phi_in(mode.interval, track_.intervals[mode.interval].cutting_force) *
+             track_.give_at(mode.interval, mode.stretch, 0.0)[1];
   }
   return slope;
 }
@@ -161,7 +162,8 @@ double Mechanics::depth_of(const Mode& mode, const VectorXd& y) const {
   const double begin = track_.knots[mode.segment].depth;
   double ahead = y(place()) - begin - knot_displacement(mode.segment, y);
   if (mode.tip == Tip::cutting && !track_.give.empty()) {
-    ahead -= track_.intervals[mode.interval].cutting_force * track_.give_at(mode.stretch, begin)[0];
+    ahead -= track_.phi_in(mode.interval, track_.intervals[mode.interval].cutting_force) *
+             track_.give_at(mode.interval, mode.stretch, begin)[0];
   }
   return begin + ahead / pace(mode, y);
 }
@@ -211,13 +213,18 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
     contact.shaft_mobility += share * share * mobility_[knot];
     contact.mixed_mobility += h * share * mobility_[knot];
   }
+  const TrackDent* large = track_.dent_in(mode.interval);
   if (mode.tip == Tip::stuck && !track_.give.empty()) {
-    contact.give = track_.give_at(track_.stretch_at(mode.cut), mode.cut)[0];
+    contact.give = track_.give_at(mode.interval, track_.stretch_at(mode.cut), mode.cut)[0];
     contact.tip_force = tip_lead(mode, contact, y) / contact.give;
+    if (large != nullptr) { contact.tip_force = large->force_of(contact.tip_force); }
   } else if (mode.tip == Tip::cutting) {
-    contact.give = track_.give_at(mode.stretch, contact.depth)[0];
+    contact.give = track_.give_at(mode.interval, mode.stretch, contact.depth)[0];
     contact.tip_force = track_.intervals[mode.interval].cutting_force;
   }
+  const double work = large != nullptr ? large->work(contact.tip_force)
+                                       : 0.5 * contact.tip_force * contact.tip_force;
+  contact.pressed_energy = contact.give * work;
   const double tool = tool_mobility(mode);
   contact.tip_mobility += tool;
   contact.shaft_mobility += tool;
@@ -340,7 +347,7 @@ void Mechanics::add_powers(double time, const Mode& mode, const Contact& contact
 
 double Mechanics::stored_energy(double time, const Mode& mode, const VectorXd& y) const {
   double energy = problem_.energy(origin_ + y.head(dof()), y.segment(dof(), dof()));
-  energy += kinematics(mode, y).pressed_energy();
+  energy += kinematics(mode, y).pressed_energy;
   if (pushes()) {
     energy += 0.5 * tool_mass_ * y(speed()) * y(speed());
   } else if (mode.support == Support::bone) {

@@ -58,6 +58,7 @@ struct Contact {
   double shaft_slip = 0.0;                 ///< W [m/s]
   double capacity = 0.0;                   ///< L [N]
   double give = 0.0;                       ///< c_s at d of a stuck or cutting tip [m/N]
+  double pressed_energy = 0.0;             ///< of the tissue between tip and contact point [J]
   double tip_force = 0.0;                  ///< T [N]
   double shaft_force = 0.0;                ///< F_f [N]
   double bone_force = 0.0;                 ///< force on a tool that the hand presses on bone [N]
@@ -71,8 +72,6 @@ struct Contact {
   Eigen::VectorXd shaft_weights{};         ///< l_k / L [1]
   Eigen::Vector3d lateral{0.0, 0.0, 0.0};  ///< force on the needle [N]
 
-  /// Energy of the tissue between the tip and the contact point [J].
-  [[nodiscard]] double pressed_energy() const { return 0.5 * give * tip_force * tip_force; }
   /// Returns true if the stuck tip and the shaft are one constraint: their
   /// common mobility matrix is numerically singular.
   [[nodiscard]] bool shaft_is_tip() const {

@@ -13,6 +13,7 @@
 
 #include "model/problem/needle_path.hpp"
 #include "reference/solution.hpp"
+#include "reference/static_equilibrium.hpp"
 
 namespace palpate::reference {
 
@@ -21,7 +22,7 @@ namespace {
 std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network);
 TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
 std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
-std::vector<TrackGive> give_of(const Scene& scene, const SpringNetwork& network);
+void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& track);
 
 }  // namespace
 
@@ -40,13 +41,42 @@ std::size_t NeedleTrack::stretch_at(double depth) const {
   return above == give.begin() ? 0 : static_cast<std::size_t>(above - give.begin()) - 1;
 }
 
-std::array<double, 2> NeedleTrack::give_at(std::size_t stretch, double depth) const {
+std::array<double, 2> NeedleTrack::give_at(std::size_t interval, std::size_t stretch,
+                                           double depth) const {
   if (give.empty()) { return {0.0, 0.0}; }
-  const TrackGive& here = give[stretch];
-  if (stretch + 1 == give.size()) { return {here.compliance, 0.0}; }
-  const TrackGive& next = give[stretch + 1];
-  const double slope = (next.compliance - here.compliance) / (next.depth - here.depth);
-  return {here.compliance + slope * (depth - here.depth), slope};
+  const TrackDent* large = dent_in(interval);
+  const auto at = [&](std::size_t n) {
+    return large == nullptr ? give[n].compliance : large->compliance[n];
+  };
+  const double here = at(stretch);
+  if (stretch + 1 == give.size()) { return {here, 0.0}; }
+  const double from = give[stretch].depth;
+  const double slope = (at(stretch + 1) - here) / (give[stretch + 1].depth - from);
+  return {here + slope * (depth - from), slope};
+}
+
+double TrackDent::phi_of(double force) const {
+  const auto last = static_cast<double>(phi.size() - 2);
+  const double n = std::clamp(std::floor(force / step), 0.0, last);
+  const auto at = static_cast<std::size_t>(n);
+  return std::lerp(phi[at], phi[at + 1], force / step - n);
+}
+
+double TrackDent::force_of(double x) const {
+  const auto above = std::upper_bound(phi.begin() + 1, phi.end() - 1, x);
+  const double from = *std::prev(above);
+  const auto n = static_cast<double>(above - phi.begin() - 1);
+  return step * (n + (x - from) / (*above - from));
+}
+
+double TrackDent::work(double force) const {
+  double sum = 0.0;
+  for (double from = 0.0; from < force;) {
+    const double to = std::min(from + step, force);
+    sum += 0.5 * (from + to) * (phi_of(to) - phi_of(from));
+    from = to;
+  }
+  return sum;
 }
 
 std::array<double, 2> NeedleTrack::hats(std::size_t segment, double depth) const {
@@ -85,7 +115,7 @@ NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
   NeedleTrack track;
   if (scene.probe) {
     track.knots = {probe_knot(scene, network)};
-    track.give = give_of(scene, network);
+    add_give(scene, network, track);
     track.intervals = {{.begin = track.entry(),
                         .puncture_force = std::numeric_limits<double>::infinity(),
                         .cutting_force = std::numeric_limits<double>::infinity(),
@@ -100,7 +130,7 @@ NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
   for (const TrackInterval& part : track.intervals) {
     if (part.role == TissueRole::bone) { track.bone = std::min(track.bone, part.begin); }
   }
-  track.give = give_of(scene, network);
+  add_give(scene, network, track);
   return track;
 }
 
@@ -110,16 +140,55 @@ using Eigen::Vector3d;
 
 constexpr double rounding = 1e-9;  ///< tolerance of a position, in units of the spacing
 
-std::vector<TrackGive> give_of(const Scene& scene, const SpringNetwork& network) {
-  const TipCompliance tip = NeedlePath(scene, network).tip_compliance(scene, network);
-  if (!tip.large.dent.empty()) {
-    throw SolverError("insertion: the reference has no large dent of a skin");
+/// Returns the dents of the network alone at rest [m] under forces [N] of 0, step, 2 step and so on
+/// at a depth.
+std::vector<double> own_dents(const Scene& scene, const SpringNetwork& network,
+                              const NeedleTrack& track, double depth, double step,
+                              std::size_t count) {
+  const std::size_t segment = track.segment_at(depth);
+  const std::array<double, 2> hats = track.hats(segment, depth);
+  std::vector<double> dents;
+  double begin = 0.0;
+  Eigen::VectorXd position;
+  for (std::size_t k = 0; k < count; ++k) {
+    std::vector<Load> loads;
+    for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
+      for (const TrackSupport& support : track.knots[segment + n].supports) {
+        const double force = static_cast<double>(k) * step * hats[n] * support.weight;
+        loads.push_back({.nodes = {support.node}, .force = force * track.direction});
+      }
+    }
+    const NetworkProblem problem(network, std::move(loads), scene.tissue.gravity);
+    if (k == 0) { position = problem.initial_position(); }
+    position = static_equilibrium(problem, {}, position).position;
+    double place = 0.0;
+    for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
+      for (const TrackSupport& support : track.knots[segment + n].supports) {
+        const Eigen::Index at = problem.coordinate(support.node);
+        if (at < 0) { continue; }
+        place += hats[n] * support.weight * track.direction.dot(position.segment<3>(at));
+      }
+    }
+    if (k == 0) { begin = place; }
+    dents.push_back(place - begin);
   }
-  std::vector<TrackGive> give;
+  return dents;
+}
+
+void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& track) {
+  TipCompliance tip = NeedlePath(scene, network).tip_compliance(scene, network);
   for (std::size_t n = 0; n < tip.value.size(); ++n) {
-    give.push_back({tip.depth[n], tip.value[n]});
+    track.give.push_back({tip.depth[n], tip.value[n]});
   }
-  return give;
+  if (tip.large.dent.empty()) { return; }
+  const std::size_t count = tip.large.dent.size();
+  const auto dents = [&](double depth, double step) {
+    return own_dents(scene, network, track, depth, step, count);
+  };
+  const double at_end = dents(tip.large.end, tip.large.cutting_force / double(count - 1)).back();
+  tip.large.complete(tip.depth, tip.value, dents(track.entry(), tip.large.step), at_end);
+  track.dent = {
+      .step = tip.large.step, .phi = tip.large.linear_force, .compliance = tip.large.compliance};
 }
 
 struct Grid {

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,18 @@ struct TrackGive {
   double compliance = 0.0;  ///< [m/N]
 };
 
+/// Contact on a skin with a large dent (model/EQUATIONS.md, "Large dent of a skin"): the gap is
+/// compliance x phi(T).
+struct TrackDent {
+  double step = 0.0;                 ///< [N]
+  std::vector<double> phi{};         ///< at 0, step, 2 step ... [N]; linear between and beyond
+  std::vector<double> compliance{};  ///< at the depths of NeedleTrack::give [m/N]
+
+  [[nodiscard]] double phi_of(double force) const;
+  [[nodiscard]] double force_of(double phi) const;
+  [[nodiscard]] double work(double force) const;  ///< integral of T over phi [N^2]
+};
+
 struct NeedleTrack {
   Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< n
   std::vector<TrackKnot> knots{};            ///< ascending in depth; no node belongs to two of them
@@ -48,6 +61,7 @@ struct NeedleTrack {
   /// c_s at ascending depths, linear between them and constant beyond; positive, or empty: the tip
   /// sticks to the contact point itself.
   std::vector<TrackGive> give{};
+  std::optional<TrackDent> dent{};  ///< of the first interval
 
   [[nodiscard]] double entry() const { return knots.front().depth; }  ///< xi_0 [m]
   /// Returns the last contact point above or at `depth` [m], or 0.
@@ -60,9 +74,19 @@ struct NeedleTrack {
     return stretch + 1 < give.size() ? give[stretch + 1].depth
                                      : std::numeric_limits<double>::infinity();
   }
-  /// Returns c_s at a depth and its slope [m/N, 1/N], extended linearly from a stretch; 0 without
-  /// `give`.
-  [[nodiscard]] std::array<double, 2> give_at(std::size_t stretch, double depth) const;
+  /// Returns the law of the contact in an interval; null: the gap is c_s T.
+  [[nodiscard]] const TrackDent* dent_in(std::size_t interval) const {
+    return dent && interval == 0 ? &*dent : nullptr;
+  }
+  /// Returns c_s at a depth, or the compliance of a large dent, and its slope [m/N, 1/N], extended
+  /// linearly from a stretch; 0 without `give`.
+  [[nodiscard]] std::array<double, 2> give_at(std::size_t interval, std::size_t stretch,
+                                              double depth) const;
+  /// Returns the gap over give_at() under a force [N].
+  [[nodiscard]] double phi_in(std::size_t interval, double force) const {
+    const TrackDent* large = dent_in(interval);
+    return large == nullptr ? force : large->phi_of(force);
+  }
   /// Returns the hat functions of contact points `segment` and `segment + 1` at a depth [1]; the
   /// second is 0 beyond the last contact point.
   [[nodiscard]] std::array<double, 2> hats(std::size_t segment, double depth) const;
@@ -72,8 +96,9 @@ struct NeedleTrack {
                                                 double depth) const;
 };
 
-/// Returns the track of the scene's needle or probe. c_s is taken from the model: it is input of
-/// the equation of motion. Throws SolverError if there is neither, or no node beneath it.
+/// Returns the track of the scene's needle or probe. c_s and the dent of the continuum are taken
+/// from the model: they are input of the equation of motion. The grid's own dent is computed.
+/// Throws SolverError if there is neither, or no node beneath it.
 NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network);
 
 }  // namespace palpate::reference

@@ -23,6 +23,7 @@ class StaticTissue {
  public:
   StaticTissue(const Scene& scene, const SpringNetwork& network)
       : track_(needle_track(scene, network)), problem_(network) {
+    if (track_.dent) { throw SolverError("quasi-static insertion: a large dent is not linear"); }
     const Sparse stiffness = LinearProblem(problem_).stiffness();
     // Springs in a chain act along it only; coordinates without stiffness and force have no
     // equation.
@@ -63,7 +64,7 @@ class StaticTissue {
   }
   /// Returns the compliance of the tissue and of the contact at a depth together, c + c_s [m/N].
   [[nodiscard]] double compliance_to_tip(double depth) const {
-    return compliance(depth) + track_.give_at(track_.stretch_at(depth), depth)[0];
+    return compliance(depth) + track_.give_at(0, track_.stretch_at(depth), depth)[0];
   }
   /// Returns the furthest position of a tip that cuts from one depth to another with `force` [m]:
   /// it passes at once what lies behind a position that it has reached.

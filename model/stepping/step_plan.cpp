@@ -397,9 +397,8 @@ std::string membrane_warning(const NeedlePath& path, const TipCompliance& tip) {
   const double dent = tip.continuum * std::max(skin.puncture_force, skin.cutting_force);
   return skin.label + " (" + number(1e3 * thickness) + " mm) is dented by about " +
          number(1e3 * dent) +
-         " mm before it is cut. From a dent of its thickness on, its tension stiffens it, which "
-         "these cells do not show: the dent is too deep; a spacing of " +
-         number(0.5 * thickness) + " m would resolve it";
+         " mm before it is cut. Its contact is linear, which such a dent is not: the depth of the "
+         "puncture depends on the spacing, and palpate run --refine measures by how much";
 }
 
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {

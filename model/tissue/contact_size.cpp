@@ -705,23 +705,21 @@ std::vector<double> depths_of(const NeedlePath& path, const std::vector<double>&
   return depths;
 }
 
-/// Returns the dents of a first layer that resists by its tension before it is cut: it is ten
-/// times as stiff as the next one, has no cell of its own, and is dented deeper than it is thick.
-/// Its force may be out of reach of the layers' law: then the dents are empty.
+/// Returns the dents of a first layer that is dented deeper than it is thick before it is cut, and
+/// is stiff enough to resist by its tension. Without dents, but with a step, the contact cannot
+/// follow such a dent: the layer is too soft, or its force is out of reach of the layers' law.
 LargeDent large_dent(const std::vector<PathInterval>& intervals, double slope,
                      const std::vector<ColumnLayer>& layers, double radius,
                      const std::vector<double>& continuum, const TipCompliance& tip) {
   constexpr int steps = 8;
+  constexpr double least_contrast = 3.0;  // of a skin, with the next layer
   if (intervals.size() < 2 || layers.size() < 2) { return {}; }
   const PathInterval& skin = intervals[0];
   const double force = std::max(skin.puncture_force, skin.cutting_force);
   const double thickness = (skin.end - skin.begin) * slope;
-  const bool stiff = skin.youngs_modulus > 10.0 * intervals[1].youngs_modulus;
-  if (!stiff || thickness >= tip.spacing || !std::isfinite(force) ||
-      !(force * tip.continuum > thickness)) {
-    return {};
-  }
+  if (!std::isfinite(force) || !(force * tip.continuum > thickness)) { return {}; }
   LargeDent large{.step = force / steps, .cutting_force = skin.cutting_force, .end = skin.end};
+  if (skin.youngs_modulus < least_contrast * intervals[1].youngs_modulus) { return large; }
   std::vector<double> forces{1e-3 * large.step};  // small deformation first
   for (int n = 1; n <= steps; ++n) { forces.push_back(n * large.step); }
   const std::vector<double> dents = large_dents(layers, radius, forces);

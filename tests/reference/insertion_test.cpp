@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/problem/needle_path.hpp"
+#include "model/stepping/simulation.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/insertion_mechanics.hpp"
 #include "reference/needle_track.hpp"
@@ -193,13 +194,32 @@ TEST("planes beside which the line passes have no knot; layers are longer, and t
   CHECK(std::isinf(track.intervals[1].end));
 }
 
-TEST("a skin that is dented deeply has no reference") {
-  Scene scene = sample::block_scene(5, {{0.002, 3.0, 1.0}, {0.018, 0.2, 2.0}}, {});
-  scene.materials[0].youngs_modulus = 1.5e6;
+TEST("the law of a large dent is the model's, with the dents of the grid computed again") {
+  Scene scene = sample::block_scene(5, {{0.002, 1.0, 1.0}, {0.018, 0.2, 2.0}}, {});
+  scene.materials[0].youngs_modulus = 1e6;
   scene.materials[1].youngs_modulus = 10e3;
-  CHECK_THROWS(track_of(scene), "large dent of a skin");
+  scene.simulation.integrator = "implicit-euler";
+  const LargeDent large = Simulation(scene).plan().tip.large;
+  const NeedleTrack track = track_of(scene);
+  REQUIRE(track.dent.has_value());
+  REQUIRE(track.dent->phi.size() == large.linear_force.size());
+  for (std::size_t n = 1; n < track.dent->phi.size(); ++n) {
+    CHECK_NEAR(track.dent->phi[n] / large.linear_force[n], 1.0, 1e-5);
+  }
+  for (std::size_t n = 0; n < track.give.size(); ++n) {
+    CHECK_NEAR(track.dent->compliance[n] / large.compliance[n], 1.0, 1e-5);
+  }
+  for (const double force : {-0.1, 0.2, 0.6, 0.9, 1.2}) {  // before, within and beyond the table
+    CHECK_NEAR(track.dent->force_of(track.dent->phi_of(force)), force, 1e-12);
+    CHECK_NEAR(track.dent->phi_of(force), large.phi(force), 1e-4);
+  }
+  for (const double force : {0.2, 0.6, 0.9, 1.2}) {
+    CHECK_NEAR(track.dent->work(force) / large.work(force), 1.0, 1e-4);
+  }
+  CHECK_NEAR(track.give_at(0, 0, 0.0)[0], track.dent->compliance[0], 0.0);
+  CHECK_NEAR(track.give_at(1, 0, 0.0)[0], track.give[0].compliance, 0.0);
   scene.materials[0].cutting_force = 0.01;
-  CHECK(!track_of(scene).give.empty());
+  CHECK(!track_of(scene).dent);
 }
 
 TEST("the last inclusion that holds a point wins, by its exact shape") {
@@ -520,8 +540,10 @@ TEST("the tip is ahead of the contact point by c_s T while it sticks and while i
     if (force <= 0.0) { continue; }
     const double depth = now("tool.tip_depth_m");
     const std::size_t knot = track.segment_at(depth);
+    const std::size_t interval = track.interval_at(depth);
     const auto hats = track.hats(knot, depth);
-    double place = depth + track.give_at(track.stretch_at(depth), depth)[0] * force;
+    double place = depth + track.give_at(interval, track.stretch_at(depth), depth)[0] *
+                               track.phi_in(interval, force);
     for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
       for (const TrackSupport& s : track.knots[knot + n].supports) {
         if (3 * s.node >= now.position().size()) { continue; }  // fixed
