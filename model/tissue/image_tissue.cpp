@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 
 #include "model/problem/rules.hpp"
 #include "model/tissue/lattice.hpp"
@@ -389,6 +390,7 @@ class ImageNodes {
     tissue_.material.assign(samples_.intensity.size(), 0);
     modulus_.assign(samples_.intensity.size(), 0.0);
     std::size_t count = 0;
+    std::set<int> used;
     for (std::size_t place = 0; place < tissue_.material.size(); ++place) {
       if (tissue_.nodes.node[place] < 0) { continue; }
       const auto intensity = static_cast<double>(samples_.intensity[place]);
@@ -399,8 +401,13 @@ class ImageNodes {
       modulus_[place] = by_label ? materials_.cell(tissue_.material[place]).youngs_modulus
                                  : lookup_.youngs_modulus(intensity);
       count += by_label ? 1U : 0U;
+      if (by_label) { used.insert(samples_.label[place]); }
     }
-    tissue_.image.emplace().labelled_nodes = count;
+    ImageFacts& facts = tissue_.image.emplace();
+    facts.labelled_nodes = count;
+    for (const auto& [label, name] : settings_.materials) {
+      if (!used.contains(label)) { facts.unused_labels.push_back(label); }
+    }
   }
 
   void number_nodes() {

@@ -565,7 +565,12 @@ class Checker : private Rules {
       const Load& load = scene_.loads[n];
       must(load.face.has_value() != !load.nodes.empty(), at("load", n, "nodes"),
            "either nodes or face; exactly one of them");
-      for (const int node : load.nodes) { node_exists(node, at("load", n, "nodes"), count); }
+      std::set<int> met;
+      for (const int node : load.nodes) {
+        node_exists(node, at("load", n, "nodes"), count);
+        must(met.insert(node).second, at("load", n, "nodes"),
+             "node " + std::to_string(node) + " twice; each at most once");
+      }
       must(load.end > load.start, at("load", n, "end"),
            number_in_words(load.end) + " s; must be after start = " + number_in_words(load.start) +
                " s");

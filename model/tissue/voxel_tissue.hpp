@@ -70,6 +70,7 @@ struct ImageFacts {
   Eigen::Vector3d youngs_moduli{1.0, 1.0, 1.0};  ///< BoxBonds::youngs_moduli()
   std::string weighting{};
   std::size_t labelled_nodes = 0;
+  std::vector<int> unused_labels{};  ///< of tissue.mri.materials, which no node has
 };
 
 /// Patient-specific tissue: boxes of material on a grid, and the network of their corners or

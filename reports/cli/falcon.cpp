@@ -240,7 +240,12 @@ int run_falcon(const FalconOptions& options) {
   if (modes != 1) {
     throw InputError("falcon needs a mode; exactly one of --pty, --stdio and --solve");
   }
-  if (!options.solve.empty()) { return falcon_solve(options); }
+  if (!options.solve.empty()) {
+    if (!options.script.empty() || !options.overrides.empty()) {
+      throw InputError("falcon --solve takes no --script and no --set: it has kinematics alone");
+    }
+    return falcon_solve(options);
+  }
   const FalconScript script = read_falcon_script(options.script, options.overrides);
   const std::filesystem::path folder = options.make_folder({"log.csv"});
   const std::unique_ptr<Body> body = make_body(script);

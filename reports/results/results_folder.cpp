@@ -11,6 +11,7 @@
 #include <fcntl.h>
 #include <functional>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <unistd.h>
@@ -175,6 +176,32 @@ void add_times(Outcome& outcome, const Json& summary, const Trace& trace) {
   }
 }
 
+/// Returns the unit at the end of a key, "m" for "overshoot_m".
+std::string unit_of_key(std::string_view key) {
+  constexpr std::array<std::pair<const char*, const char*>, 5> suffixes{
+      {{"_rad_per_s", "rad/s"}, {"_s", "s"}, {"_m", "m"}, {"_n", "N"}, {"_j", "J"}}};
+  const auto* found =
+      std::ranges::find_if(suffixes, [&](const auto& unit) { return key.ends_with(unit.first); });
+  return found == suffixes.end() ? "1" : found->second;
+}
+
+/// Adds the numbers of an object of a summary, by the names of their keys. Left out are those of
+/// the clock of the machine, times of extremes, which rounding moves, and what is compared in
+/// another form.
+void add_numbers(Outcome& outcome, const Json& object, const std::string& above = {}) {
+  static const std::set<std::string, std::less<>> left_out{
+      "schema",    "nodes",           "springs",        "ticks",
+      "steps",     "substeps",        "wall_s",         "load_s",
+      "energy",    "late_ticks",      "slowest_tick_s", "ns_per_spring_step",
+      "real_time", "subject",         "peak_force_n",   "peak_force_depth_m",
+      "deepest_m", "peak_pressure_pa"};
+  for (const auto& [key, value] : object.items()) {
+    if (left_out.contains(key) || key.ends_with("_at_s")) { continue; }
+    if (value.is_object()) { add_numbers(outcome, value, above + key + "."); }
+    if (value.is_number()) { add_number(outcome, above + key, value, unit_of_key(key)); }
+  }
+}
+
 /// Replaces every number in a text by '#': rounding may change its digits.
 std::string without_numbers(const std::string& text) {
   std::string result;
@@ -217,6 +244,9 @@ void add_texts(Outcome& outcome, const Json& summary, const Attributes& inputs) 
       continue;
     }
     add(std::string(gate::warning_prefix) + without_numbers(warning), "");
+  }
+  for (const std::string skipped : summary.at("skipped")) {
+    add("skipped: " + without_numbers(skipped), "");
   }
   for (const auto& [key, value] :
        io::keys_given(entry(inputs, "scene"), lines_of(entry(inputs, "overrides")))) {
@@ -297,6 +327,7 @@ Outcome outcome_of(const Json& summary, const Trace& trace, const Attributes& in
   for (const char* key : {"initial_j", "final_j", "max_j"}) {
     add_number(outcome, std::string("energy.") + key, summary.at("energy").at(key), "J");
   }
+  add_numbers(outcome, summary);
   add_times(outcome, summary, trace);
   add_texts(outcome, summary, inputs);
   for (const Column& column : trace.columns) {

@@ -193,3 +193,14 @@ open(file, "w").write(unsealed.replace(64 * "0", hashlib.sha256(unsealed.encode(
 END
 expect 2 "$palpate" gate "$out/deeper" --baseline "$out/rows.json" --out "$out/map-gate"
 grep -q "deepest_m is not that of trace.h5" "$out/said"
+
+# Other numbers of a summary are compared.
+python3 - "$out/map" <<'END'
+import hashlib, re, sys
+file = sys.argv[1] + "/summary.json"
+text = re.sub('"h_omega_max": ([^,]*),', lambda m: f'"h_omega_max": {1.5 * float(m[1])},', open(file).read())
+unsealed = re.sub('"seal": "[^"]*"', '"seal": "' + 64 * "0" + '"', text)
+open(file, "w").write(unsealed.replace(64 * "0", hashlib.sha256(unsealed.encode()).hexdigest()))
+END
+expect 1 "$palpate" gate "$out/map" --baseline "$out/map.json" --out "$out/map-gate"
+grep -q "h_omega_max" "$out/said"

@@ -139,4 +139,19 @@ TEST("constant pressure is a recording, with a warning") {
   CHECK(read.warnings[0].starts_with("pressure is constant"));
 }
 
+TEST("a depth that is constant, or longer than a needle, is read with a warning") {
+  const scratch::Folder folder;
+  for (const auto& [depth, warning] :
+       {std::pair{"5", "depth is constant, 0.005 m"},
+        std::pair{"300", "the largest depth is 0.3 m, more than a needle is long"}}) {
+    std::string text = "time_s,pressure_mmHg,depth_mm\n0,100,5\n";
+    for (int n = 1; n < 20; ++n) {
+      text += std::to_string(0.01 * n) + "," + std::to_string(100 + n) + "," + depth + "\n";
+    }
+    const InputRecording read = read_any_recording(folder.file("d.csv", text));
+    REQUIRE(read.warnings.size() == 1);
+    CHECK(read.warnings[0].starts_with(warning));
+  }
+}
+
 }  // namespace

@@ -428,6 +428,9 @@ Outcome Calibration::outcome() const {
   outcome.judge_at_most("parameters at a bound", at_bound, 0.0, "nothing is known beyond a bound");
   outcome.judge_at_most("misfit after the fit", fit.misfit_after, fit.misfit_before,
                         "the misfit before it");
+  outcome.judge_at_most("widening of the intervals", fit.widening, 2.0,
+                        "root mean square of the deviations in uncertainties; 95 % lie within two "
+                        "if the model can follow");
   outcome.judge_at_most("largest effect of the shortcuts", shortcut_cost(),
                         std::nextafter(1.0, 0.0), "the uncertainty of the observable");
   palpate::conclude(outcome);

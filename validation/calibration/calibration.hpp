@@ -181,8 +181,8 @@ struct Calibration {
   /// Largest change of an observable by the shortcuts, divided by its uncertainty.
   [[nodiscard]] double shortcut_cost() const;
   /// The verdict: the search converged, at least one parameter is constrained, none is at a bound,
-  /// the misfit did not grow, and the shortcuts change each observable by less than its
-  /// uncertainty.
+  /// the misfit did not grow, its root mean square is at most two uncertainties, and the shortcuts
+  /// change each observable by less than its uncertainty.
   [[nodiscard]] Outcome outcome() const;
 };
 

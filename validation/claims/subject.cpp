@@ -1121,13 +1121,13 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
   const ToolReference punch = continuum(block, 1.05e-3, depth, press);
   judge_tool(outcome, "stiffness_before_puncture", last_force(pressed) / depth, punch);
 
-  // Cut at a constant force, with friction along the shaft in the tissue.
+  // Cut at a constant force, with friction along the shaft in the tissue, then drawn back.
   constexpr double cutting = 0.01;  // [N]
   constexpr double friction = 0.5;  // [N/m]
   scene.materials[0].cutting_force = cutting;
   scene.materials[0].friction = friction;
-  scene.drive = Drive{.speed = 0.02, .depth = 0.015, .hold = 10.0};
-  scene.simulation.duration = 0.75;
+  scene.drive = Drive{.speed = 0.02, .depth = 0.015, .hold = 0.05, .withdraw_speed = 0.02};
+  scene.simulation.duration = 1.25;
   const Trace cut = run_whole(outcome, context, scene, SampleOptions{.tool = true});
   judge_outputs(outcome, "cutting", cut, 0.5, 0.74);
   Largest error;
@@ -1144,6 +1144,14 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
       "its length. The force F drags the tissue by at most F over the stiffness "
       "before the puncture, which shortens that length: friction over stiffness, " +
           text(dragged) + ", and 2 % for simulators that regularise the law");
+  Largest back;
+  for (std::size_t n = 0; n < cut.rows(); ++n) {
+    if (cut.time[n] < 1.0 || cut.time[n] > 1.25) { continue; }
+    back.add(std::abs(force[n] / (friction * depths[n]) + 1.0));
+  }
+  outcome.judge_at_most("error_of_friction_drawn_back", back.value(), dragged + 0.02,
+                        "law: friction times the length of the shaft in the tissue, against the "
+                        "motion; the dragged tissue and 2 %, as above");
   const auto& cut_to = cut.values("tool.cut_m");
   if (std::ranges::none_of(cut_to, [](double v) { return std::isfinite(v); })) { return; }
   Largest ahead;
@@ -1172,6 +1180,41 @@ void measure_probe(const CaseContext& context, Outcome& outcome) {
   judge_outputs(outcome, "resting", trace, 0.5, 0.6);
   judge_tool(outcome, "stiffness", last_force(trace) / depth,
              continuum(block, 0.005, depth, press));
+}
+
+/// Disc that a force pushes, and disc that a hand holds through a spring and damper. Force and hand
+/// move evenly for 0.3 s, then rest.
+void measure_moved(const CaseContext& context, Outcome& outcome) {
+  const GelBlock block;
+  const auto press = [](Scene& scene) { scene.probe = Probe{.size = {0.01, 0.01}, .mass = 0.01}; };
+  const ToolReference reference = continuum(block, 0.005, 0.3e-3, press);
+  Scene scene = gel_scene(block);
+  press(scene);
+  const auto judge = [&](const std::string& name) {
+    const Trace trace = run_whole(outcome, context, scene, SampleOptions{.tool = true});
+    judge_outputs(outcome, name + "_and_moving", trace, 0.2, 0.29);
+    judge_outputs(outcome, name + "_and_resting", trace, 0.5, 0.6);
+    judge_tool(outcome, name + "_stiffness",
+               last_force(trace) / trace.values("tool.insertion_m").back(), reference);
+    return trace.values("tool.applied_n").back();
+  };
+  constexpr double pushing = 0.03;  // [N]
+  scene.drive = Drive{.kind = Drive::Kind::force,
+                      .hold = 10.0,
+                      .force = pushing,
+                      .rise = 0.3,
+                      .hand_viscosity = 0.2};
+  outcome.judge_near("applied_over_pushing", judge("pushed") / pushing, 1.0, 0.02,
+                     "law: at rest the hand's viscosity takes nothing from its force; 2 %");
+  constexpr double way = 0.4e-3;  // [m]
+  scene.drive = Drive{.kind = Drive::Kind::recorded,
+                      .grip = std::make_shared<const std::vector<GripSample>>(
+                          std::vector<GripSample>{{0.0, 0.0, way / 0.3}, {0.3, way, way / 0.3}})};
+  scene.falcon = FalconDrive{.coupling_stiffness = 200.0, .coupling_viscosity = 2.0};
+  const double series = 1.0 / (1.0 / 200.0 + 1.0 / reference.stiffness);
+  outcome.judge_near("applied_over_that_of_two_springs", judge("held") / (way * series), 1.0,
+                     0.1 + reference.uncertainty,
+                     "law: the spring of the hand and the gel in series; as the stiffness");
 }
 
 /// Disc on a stiff layer over a soft one, for which there is no closed form.
@@ -1369,6 +1412,9 @@ std::vector<Case> cases() {
           measure_needle, 3.0),
       any("probe", "haptics", "A rigid disc on gel feels the force of the continuum.",
           measure_probe, 3.0),
+      any("moved", "haptics",
+          "A disc that a force pushes or a hand holds comes to rest where gel and hand balance.",
+          measure_moved, 4.0),
       any("layered", "haptics",
           "A rigid disc on a firm layer over a soft one feels the force of the refined model.",
           measure_layered, 8.0)};

@@ -202,6 +202,7 @@ TEST("layers have known materials, and there is at least one") {
 TEST("loads act on nodes that exist, on either nodes or a face, and end after they start") {
   const Scene scene = good_scene();
   refuses(scene, "load[0].nodes", "0 to 999", [](Scene& s) { s.loads[0].nodes = {1000}; });
+  refuses(scene, "load[0].nodes", "node 7 twice", [](Scene& s) { s.loads[0].nodes = {7, 3, 7}; });
   refuses(scene, "load[0].nodes", "exactly one", [](Scene& s) { s.loads[0].face = Face::z_min; });
   refuses(scene, "load[0].nodes", "exactly one", [](Scene& s) { s.loads[0].nodes.clear(); });
   refuses(scene, "load[0].end", "after start", [](Scene& s) { s.loads[0].start = 0.1; });

@@ -174,8 +174,10 @@ TEST("labels set the material, and bone among them never moves") {
   const ImageVolume labels = image_of({4, 4, 6}, Vector3d::Constant(1e-3), [](int, int, int l) {
     return l >= 4 ? 76 : l == 3 ? 9 : 0;
   });
-  const ImageSettings settings{.lookup = falling, .materials = {{76, "vertebra-bone"}}};
+  const ImageSettings settings{.lookup = falling,
+                               .materials = {{7, "vertebra-bone"}, {76, "vertebra-bone"}}};
   const VoxelTissue tissue = build(image, settings, &labels);
+  CHECK(tissue.image->unused_labels == std::vector{7});
   CHECK(tissue.image->labelled_nodes == 32);
   CHECK(std::ranges::count(tissue.network.fixed, 1) == 32);
   CHECK(tissue.network.fixed.back() == 1);

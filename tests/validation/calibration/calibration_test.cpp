@@ -301,6 +301,15 @@ TEST("a bound that the data exceed is reported") {
   CHECK(found.widening > 1.0);  // 14.3 N cannot be reached: more than chance
 }
 
+TEST("a fit is not sound if more than two uncertainties remain") {
+  Calibration result;
+  result.fit.converged = true;
+  result.fit.told = {0};
+  CHECK(result.outcome().status == Status::pass);
+  result.fit.widening = 2.1;
+  CHECK(result.outcome().status == Status::fail);
+}
+
 TEST("data that constrain nothing leave every parameter at its prior") {
   Forward forward = lawful_forward();
   const Fit found = fit(forward, lawful_data(stronger_thumb(), 50.0));

@@ -60,6 +60,23 @@ Mutation weaker_force() {
           }};
 }
 
+/// The force of the tissue while the tool is drawn back.
+Mutation rough_withdrawal() {
+  return {.name = "a fifth more force on a tool that is drawn back", .trace = [](Trace& motion) {
+            if (motion.find("tool.force_n") == nullptr) { return; }
+            for (double& force : motion.values("tool.force_n")) {
+              force *= force < 0.0 ? 1.2 : 1.0;
+            }
+          }};
+}
+
+Mutation silent(const char* column) {
+  return {.name = std::string("no ") + column, .trace = [column](Trace& motion) {
+            if (motion.find(column) == nullptr) { return; }
+            std::ranges::fill(motion.values(column), 0.0);
+          }};
+}
+
 TEST("every fault planted in a subject fails the cases that measure its effect") {
   static bool second = false;
   Mutation one_turned = drifting();
@@ -78,7 +95,10 @@ TEST("every fault planted in a subject fails the cases that measure its effect")
                          {one_turned, {"invariance"}},
                          {odd_runs(), {"audit/repeat"}},
                          {one_substep(), {"audit/substeps"}},
-                         {weaker_force(), {"needle", "probe", "layered"}}});
+                         {rough_withdrawal(), {"needle"}},
+                         {silent("tool.velocity_m_per_s"), {"moved"}},
+                         {silent("tool.applied_n"), {"moved"}},
+                         {weaker_force(), {"needle", "probe", "moved", "layered"}}});
 }
 
 }  // namespace
