@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -290,6 +291,18 @@ GradedLattice::GradedLattice(const NetworkProblem& problem, const LatticeShape& 
   }
 }
 
+NodeVectors GradedLattice::places() const {
+  NodeVectors places(3, dof_ / 3);
+  for (std::size_t n = 0; n < coordinate_.size(); ++n) {
+    if (coordinate_[n] < 0) { continue; }
+    const std::size_t x = axes_[0].size();
+    const std::size_t y = axes_[1].size();
+    places.col(coordinate_[n] / 3) =
+        Eigen::Vector3i(axes_[0][n % x], axes_[1][n / x % y], axes_[2][n / (x * y)]).cast<double>();
+  }
+  return places;
+}
+
 Eigen::Index GradedLattice::index(int i, int j, int l) const {
   return (l * static_cast<Eigen::Index>(axes_[1].size()) + j) *
              static_cast<Eigen::Index>(axes_[0].size()) +
@@ -467,15 +480,99 @@ Eigen::SparseMatrix<double> EveryNode::stiffness() const {
   return k;
 }
 
-StaticSolver::StaticSolver(const Eigen::SparseMatrix<double>& stiffness) : factors_(stiffness) {
-  const auto is_held = [&] {
-    const Eigen::SparseMatrix<double> factor = factors_.matrixL();
-    const auto pivots = factor.diagonal();
-    return pivots.minCoeff() > least_pivot * pivots.maxCoeff();
-  };
-  if (factors_.info() != Eigen::Success || !is_held()) {
-    throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
+NodeVectors EveryNode::places() const {
+  NodeVectors places(3, static_cast<Eigen::Index>(problem_.free_nodes().size()));
+  for (const int node : problem_.free_nodes()) {
+    places.col(problem_.coordinate(node) / 3) = problem_.network().rest_position.col(node);
   }
+  return places;
+}
+
+namespace {
+
+/// Orders nodes by nested dissection: the nodes of two halves across their longest side, then those
+/// of one half that touch the other.
+class Dissection {
+ public:
+  Dissection(const Eigen::SparseMatrix<double>& lower, const NodeVectors& place)
+      : place_(place), beside_(static_cast<std::size_t>(place.cols())), half_(beside_.size()) {
+    for (Eigen::Index column = 0; column < lower.outerSize(); ++column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator at(lower, column); at; ++at) {
+        const auto a = static_cast<int>(at.row() / 3);
+        const auto b = static_cast<int>(column / 3);
+        if (a == b) { continue; }
+        beside_[static_cast<std::size_t>(a)].push_back(b);
+        beside_[static_cast<std::size_t>(b)].push_back(a);
+      }
+    }
+    for (std::vector<int>& nodes : beside_) {
+      std::ranges::sort(nodes);
+      nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+    }
+    std::vector<int> all(beside_.size());
+    std::iota(all.begin(), all.end(), 0);
+    split(all);
+  }
+
+  [[nodiscard]] const std::vector<int>& order() const { return order_; }
+
+ private:
+  void split(const std::vector<int>& nodes) {
+    constexpr std::size_t few = 20;
+    const auto keep = [&](const std::vector<int>& part) {
+      order_.insert(order_.end(), part.begin(), part.end());
+    };
+    if (nodes.size() <= few) { return keep(nodes); }
+    const auto places = place_(Eigen::all, nodes);
+    Eigen::Index axis = 0;
+    (places.rowwise().maxCoeff() - places.rowwise().minCoeff()).maxCoeff(&axis);
+    std::vector<double> along;
+    for (const int node : nodes) { along.push_back(place_(axis, node)); }
+    const auto middle = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 2);
+    std::ranges::nth_element(along, middle);
+    for (const int node : nodes) {
+      half_[static_cast<std::size_t>(node)] = place_(axis, node) < *middle ? 1 : 2;
+    }
+    std::vector<int> first, second, between;
+    for (const int node : nodes) {
+      const bool touches = std::ranges::any_of(
+          beside_[static_cast<std::size_t>(node)],
+          [&](int other) { return half_[static_cast<std::size_t>(other)] == 1; });
+      (half_[static_cast<std::size_t>(node)] == 1 ? first
+       : touches                                  ? between
+                                                  : second)
+          .push_back(node);
+    }
+    for (const int node : nodes) { half_[static_cast<std::size_t>(node)] = 0; }
+    if (first.empty()) { return keep(nodes); }  // half of the nodes or more have one coordinate
+    split(first);
+    split(second);
+    keep(between);
+  }
+
+  const NodeVectors& place_;
+  std::vector<std::vector<int>> beside_;
+  std::vector<unsigned char> half_;
+  std::vector<int> order_{};
+};
+
+}  // namespace
+
+StaticSolver::StaticSolver(const Eigen::SparseMatrix<double>& stiffness, const NodeVectors& place)
+    : order_(stiffness.rows()) {
+  const Dissection dissection(stiffness, place);
+  int row = 0;
+  for (const int node : dissection.order()) {
+    for (int axis = 0; axis < 3; ++axis) { order_.indices()(3 * node + axis) = row++; }
+  }
+  Eigen::SparseMatrix<double> ordered;
+  ordered.selfadjointView<Eigen::Lower>() =
+      stiffness.selfadjointView<Eigen::Lower>().twistedBy(order_);
+  factors_.compute(ordered);
+  if (factors_.info() != Eigen::Success) { return; }
+  const Eigen::SparseMatrix<double> factor = factors_.matrixL();
+  const auto pivots = factor.diagonal();
+  held_ = pivots.minCoeff() > least_pivot * pivots.maxCoeff();
 }
 
 namespace {
@@ -532,7 +629,10 @@ MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixX
 /// on up to `most` columns.
 template <class Model>
 MatrixXd responses(const std::vector<LoadCase>& load_cases, const Model& model, Index most) {
-  const StaticSolver statics(model.stiffness());
+  const StaticSolver statics(model.stiffness(), model.places());
+  if (!statics.held()) {
+    throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
+  }
   const VectorXd mass = model.mass();
   MatrixXd basis(model.dof(), 0);
   for (MatrixXd loads = loads_of(load_cases, model); loads.cols() > 0 && basis.cols() < most;) {

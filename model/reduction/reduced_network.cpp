@@ -627,8 +627,8 @@ double ReductionError::nonlinear_there(const NodeVectors& position,
   Eigen::SparseMatrix<double> stiffness;
   Eigen::SparseMatrix<double> damping;
   problem_.jacobian(coordinates_of(position), still, stiffness, damping);
-  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factors(stiffness);
-  if (factors.info() != Eigen::Success) { return about_rest; }
+  const StaticSolver statics(stiffness, EveryNode(problem_).places());
+  if (!statics.held()) { return about_rest; }
   const VectorXd pull = coordinates_of(excess(position));
   double largest = 0.0;
   for (const Response* response : around(tip, position)) {
@@ -636,7 +636,7 @@ double ReductionError::nonlinear_there(const NodeVectors& position,
     for (const NeedlePath::Support& s : response->load.on) {
       force.segment<3>(problem_.coordinate(s.node)) += s.weight * response->load.direction;
     }
-    const VectorXd moved = factors.solve(force);
+    const VectorXd moved = statics.respond(force);
     largest = std::max(largest, std::abs(pull.dot(moved)) / force.dot(moved));
   }
   return largest;

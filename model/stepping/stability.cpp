@@ -19,6 +19,7 @@
 #include "model/kernels/system.hpp"
 #include "model/problem/cell_law.hpp"
 #include "model/problem/problem.hpp"
+#include "model/reduction/mode_basis.hpp"
 #include "model/stepping/integrator.hpp"
 
 namespace palpate {
@@ -468,13 +469,13 @@ std::optional<FirstMode> first_mode(const NetworkProblem& problem) {
   if (nodes == 0 || nodes > most_nodes || !held) { return {}; }
   JacobianMatrix stiffness, damping;
   problem.jacobian(problem.initial_position(), VectorXd::Zero(problem.dof()), stiffness, damping);
-  const Eigen::SimplicialLDLT<JacobianMatrix> factors(stiffness);
-  if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 0.0)) { return {}; }
+  const StaticSolver statics(stiffness, EveryNode(problem).places());
+  if (!statics.held()) { return {}; }
   VectorXd x = VectorXd::LinSpaced(problem.dof(), 1.0, 2.0);
   double square = 0.0;
   for (int n = 0; n < most_iterations; ++n) {
     x /= std::sqrt(x.dot(problem.mass().cwiseProduct(x)));
-    x = factors.solve(problem.mass().cwiseProduct(x)).eval();
+    x = statics.respond(problem.mass().cwiseProduct(x));
     const double now = x.dot(stiffness * x) / x.dot(problem.mass().cwiseProduct(x));
     if (std::abs(now - std::exchange(square, now)) < 1e-4 * now) { break; }
   }
