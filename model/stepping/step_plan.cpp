@@ -20,7 +20,6 @@
 #include "model/reduction/reduced_network.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
-#include "model/tissue/voxel_tissue.hpp"
 
 namespace palpate {
 
@@ -233,7 +232,7 @@ void add_tool(const Scene& scene, SpectralBounds& bounds) {
 }
 
 /// Warns of what makes a result depend on the grid: layers without cells of their own, and damping
-/// that is given per spring; and of labels of an image that no node has.
+/// that is given per spring.
 void warn_of_grid(const Scene& scene, StepPlan& plan) {
   for (const ResolvedLayer& layer : resolved_layers(scene)) {
     if (layer.cells > 0) { continue; }
@@ -241,12 +240,6 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
                             " mm) has no cell of its own: its cells have the mean of several "
                             "layers; a spacing of " +
                             number(0.5 * layer.thickness) + " m would resolve it");
-  }
-  if (scene.tissue.voxels && scene.tissue.voxels->image) {
-    for (const int label : scene.tissue.voxels->image->unused_labels) {
-      plan.warnings.push_back("no node has label " + std::to_string(label) +
-                              " of tissue.mri.materials");
-    }
   }
   std::set<std::string> damped;
   const auto see = [&](const std::string& name) {

@@ -315,7 +315,7 @@ Json facts_of(const LoadedScene& loaded) {
            "stable_step_s", stable, "integrator", plan.integrator->name, "integrator_reason",
            plan.integrator_reason, "substeps", plan.substeps, "substeps_reason",
            plan.substeps_reason, "integrator_step_s", plan.h, "ticks", simulation.tick_count(),
-           "kernel", plan.kernel, "skipped", plan.skipped, "warnings", plan.warnings,
+           "kernel", plan.kernel, "skipped", plan.skipped, "warnings", loaded.warnings(),
            "zero_length_springs", simulation.zero_length_springs(), "memory_bytes",
            simulation.memory_bytes());
   return facts;

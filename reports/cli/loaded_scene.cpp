@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "model/problem/input_error.hpp"
+#include "model/tissue/voxel_tissue.hpp"
 
 namespace palpate::cli {
 
@@ -39,6 +40,16 @@ ModelSubject loaded_model(const io::SceneFile& file, bool no_skip, double spare)
 }
 
 }  // namespace
+
+std::vector<std::string> LoadedScene::warnings() const {
+  std::vector<std::string> all = simulation().plan().warnings;
+  const auto& voxels = file.scene.tissue.voxels;
+  if (voxels == nullptr || !voxels->image) { return all; }
+  for (const int label : voxels->image->unused_labels) {
+    all.push_back("no node has label " + std::to_string(label) + " of tissue.mri.materials");
+  }
+  return all;
+}
 
 LoadedScene load_scene(const std::filesystem::path& path, const CommonOptions& options,
                        bool no_skip, double spare) {

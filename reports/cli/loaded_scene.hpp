@@ -22,6 +22,8 @@ struct LoadedScene {
   [[nodiscard]] const NetworkProblem* network() const {
     return dynamic_cast<const NetworkProblem*>(&simulation().problem());
   }
+  /// Returns the warnings of the plan, and of labels of an image that no node has.
+  [[nodiscard]] std::vector<std::string> warnings() const;
   double load_seconds = 0.0;
 };
 

@@ -1067,7 +1067,7 @@ int run_scene(const RunOptions& options) {
   whole.reset();  // what follows may take minutes
   std::vector<ErrorSource> sources = error_sources(loaded);
   if (foreign == nullptr) {
-    result.warnings = loaded.simulation().plan().warnings;
+    result.warnings = loaded.warnings();
     if (network != nullptr) {
       append(result.warnings, passage_warnings(scene, network->network(), result.trace));
     }

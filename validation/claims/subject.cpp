@@ -1185,6 +1185,7 @@ void measure_probe(const CaseContext& context, Outcome& outcome) {
 /// Disc that a force pushes, and disc that a hand holds through a spring and damper. Force and hand
 /// move evenly for 0.3 s, then rest.
 void measure_moved(const CaseContext& context, Outcome& outcome) {
+  require(context, PALPATE_CAN_PROBE);
   const GelBlock block;
   const auto press = [](Scene& scene) { scene.probe = Probe{.size = {0.01, 0.01}, .mass = 0.01}; };
   const ToolReference reference = continuum(block, 0.005, 0.3e-3, press);
