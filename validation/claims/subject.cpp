@@ -1154,6 +1154,16 @@ void measure_needle(const CaseContext& context, Outcome& outcome) {
                         "motion; the dragged tissue and 2 %, as above");
   const auto& cut_to = cut.values("tool.cut_m");
   if (std::ranges::none_of(cut_to, [](double v) { return std::isfinite(v); })) { return; }
+  Largest fall;
+  double deepest = 0.0;
+  for (const double to : cut_to) {
+    if (!std::isfinite(to)) { continue; }
+    deepest = std::max(deepest, to);
+    fall.add(deepest - to);
+  }
+  outcome.judge_at_most("fall_of_the_cut", fall.value(), 1e-6,
+                        "definition: the largest insertion to which the tissue was cut so far",
+                        "m");
   Largest ahead;
   Smallest behind;
   for (std::size_t n = 0; n < cut.rows(); ++n) {
