@@ -218,7 +218,7 @@ void add_import(Program& program) {
             "samples per second, for a file without time")
       ->check(positive);
   add_value(command, "--bmi", options.body_mass_index, "BMI", "body mass index, kg/m^2")
-      ->check(CLI::Range(5.0, 250.0));
+      ->check(number_range(5.0, 250.0));
   add_value(command, "--plunger-area", options.plunger_area, "AREA", "m^2 [1.767e-4]")
       ->check(positive);
   command.add_option("--technique", options.technique, "continuous or intermittent")
