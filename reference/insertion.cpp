@@ -89,12 +89,13 @@ void add_tip_roots(const Mode& mode, const Contact& now, const Mechanics& mechan
       }
       break;
     case Tip::in_track:
-      roots.push_back({Root::track_end, mode.cut - now.depth + band});
+      roots.push_back({Root::track_end, mechanics.track_left(mode, y) + band});
       add_ahead();
       if (mode.segment > 0) {
         roots.push_back({Root::knot_below, now.depth - track.knots[mode.segment].depth + band});
       } else {
-        roots.push_back({Root::skin_from_below, now.depth - track.entry() + band});
+        const double surface = track.entry() + mechanics.pulled_surface(mode, y);
+        roots.push_back({Root::skin_from_below, now.depth - surface + band});
       }
       if (mode.interval > 0) {
         roots.push_back({Root::interval_below, now.depth - part.begin + band});
@@ -128,7 +129,7 @@ std::vector<RootValue> roots_of(double time, const Mode& mode, const Eigen::Vect
   const double place = y(mechanics.place());
   if (mode.tip == Tip::outside) {
     const double gap = track.entry() + mechanics.knot_displacement(0, y) - place;
-    roots.push_back({Root::skin, gap + band});
+    roots.push_back({Root::skin, gap + mechanics.residual_gap(mode, y) + band});
   }
   add_tip_roots(mode, now, mechanics, y, strength, roots);
   add_shaft_roots(mode, now, mechanics.slip_error(), roots);
@@ -267,10 +268,17 @@ class Transitions {
 
   void change(double time, const std::set<Root>& fired, VectorXd& y) {
     remove_drift(y);
+    const double before = mechanics_.kinematics(mode_, y).depth;
     move_tool(time, fired, y);
     move_along(time, fired, y);
     arrive(time, fired, y);
     decide(time, fired, y);
+    const double after = mechanics_.kinematics(mode_, y).depth;
+    if (mode_.tip == Tip::outside) {
+      mechanics_.forget_shaft(y);
+    } else if (std::abs(after - before) > 1e3 * band) {
+      mechanics_.reach(before, after, y);
+    }
     remove_drift(y);
     remove_slip(y);
   }
@@ -573,6 +581,7 @@ class Transitions {
   }
 
   void log_cut(double time, VectorXd& y) {
+    mechanics_.forget_contact(y);
     const TissueRole role = mechanics_.track().intervals[mode_.interval].role;
     const char* kind = punctured_[mode_.interval] ? "cut-resumed" : first_cut(role);
     punctured_[mode_.interval] = true;
@@ -622,7 +631,7 @@ VectorXd absolute_tolerances(const Mechanics& mechanics, const Tolerance& tolera
   VectorXd scales(mechanics.size());
   scales << VectorXd::Constant(n, tolerance.position_scale),
       VectorXd::Constant(n, tolerance.velocity_scale), tolerance.position_scale,
-      tolerance.velocity_scale, VectorXd::Constant(4, energy_scale);
+      tolerance.velocity_scale, VectorXd::Constant(4, energy_scale), mechanics.memory_scales();
   return tolerance.relative * scales;
 }
 
@@ -694,10 +703,11 @@ class Run {
     if (mode.support == Support::bone && !mechanics_.pushes()) {
       stiffness += mechanics_.drive().grip_stiffness * (hand - place);
     }
-    const double total = cutting + now.shaft_force + stiffness;
+    const double friction = now.shaft_force + now.creeping_force;
+    const double total = cutting + friction + stiffness;
     const double applied =
         mechanics_.pushes() ? hand - mechanics_.drive().hand_viscosity * speed : total;
-    const auto work = y_.tail<4>();
+    const auto work = y_.segment<4>(mechanics_.work());
     const bool first = trace_.columns.empty();
     std::size_t next = 0;
     const auto add = [&](const char* name, const char* unit, double value) {
@@ -710,18 +720,20 @@ class Run {
     add("tool.tip_depth_m", "m", now.depth);
     add("tool.force_n", "N", total);
     add("tool.cutting_n", "N", cutting);
-    add("tool.friction_n", "N", now.shaft_force);
+    add("tool.friction_n", "N", friction);
     add("tool.stiffness_n", "N", stiffness);
     add("tool.applied_n", "N", applied);
     add("tool.lateral_x_n", "N", now.lateral.x());
     add("tool.lateral_y_n", "N", now.lateral.y());
     add("tool.lateral_z_n", "N", now.lateral.z());
-    add("energy_j", "J", mechanics_.stored_energy(time, mode, y_));
-    add("loss.hand_j", "J", work(0));
-    add("loss.damping_j", "J", work(1));
-    add("loss.friction_j", "J", work(2));
-    add("loss.cutting_j", "J", work(3) - now.pressed_energy);
-    add("loss.impact_j", "J", transitions_.impact_loss());
+    if (mechanics_.has_energies()) {
+      add("energy_j", "J", mechanics_.stored_energy(time, mode, y_));
+      add("loss.hand_j", "J", work(0));
+      add("loss.damping_j", "J", work(1));
+      add("loss.friction_j", "J", work(2));
+      add("loss.cutting_j", "J", work(3) - now.pressed_energy);
+      add("loss.impact_j", "J", transitions_.impact_loss());
+    }
     const auto column = static_cast<Index>(trace_.rows());
     trace_.position.col(column) = mechanics_.problem().initial_position() + y_.head(n);
     trace_.velocity.col(column) = y_.segment(n, n);

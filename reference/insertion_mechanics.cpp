@@ -98,7 +98,6 @@ Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network, const Tol
       position_(dof()),
       velocity_(dof()),
       force_(dof()),
-      dy_(size()),
       still_(VectorXd::Zero(dof())) {
   const NodeVectors start = network.initial_position() - network.rest_position;
   for (const TrackKnot& knot : track_.knots) {
@@ -115,6 +114,30 @@ Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network, const Tol
     offset_.push_back(offset);
     mobility_.push_back(mobility);
   }
+  std::vector<double> scales;
+  if (relaxes(network)) {
+    relaxing_ = std::make_unique<NetworkEquations<double>>(problem_);
+    scales = relaxing_->branch_scales(tolerance.position_scale);
+    tissue_states_ = scales.size();
+  }
+  for (std::size_t n = 0; n < track_.intervals.size(); ++n) {
+    const TrackInterval& part = track_.intervals[n];
+    if (!track_.give.empty()) { contact_states_ = std::max(contact_states_, part.branches.size()); }
+    if (!scene.needle || part.travel == 0.0 || part.friction == 0.0) { continue; }
+    if (n > 0 || part.exponent == 0.0) {
+      throw SolverError(
+          "insertion: the reference has creeping friction of the first layer alone, with an "
+          "exponent");
+    }
+    creeping_.push_back(n);
+  }
+  constexpr double of_tools = 0.1;  // force of tip and shaft [N]
+  scales.resize(tissue_states_ + contact_states_ + creeping_.size(), of_tools);
+  scales_ = VectorXd::Map(scales.data(), static_cast<Index>(scales.size()));
+  if (!has_energies() && options.account == InsertionOptions::Account::energy) {
+    throw SolverError("insertion: relaxing tissue and creeping friction have no account of energy");
+  }
+  dy_.resize(size());
 }
 
 double Mechanics::tool_mobility(const Mode& mode) const {
@@ -141,31 +164,183 @@ void Mechanics::push_knot(std::size_t knot, const Vector3d& impulse, VectorXd& y
 }
 
 double Mechanics::pace(const Mode& mode, const VectorXd& y) const {
+  return pace_at(mode, depth_of(mode, y), y);
+}
+
+double Mechanics::pace_at(const Mode& mode, double depth, const VectorXd& y) const {
+  const bool above_tissue = mode.tip == Tip::in_track && depth < track_.entry();
   double slope = 1.0;
   const std::size_t k = mode.segment;
-  if (k + 1 < track_.knots.size()) {
+  if (k + 1 < track_.knots.size() && !above_tissue) {
     slope += (knot_displacement(k + 1, y) - knot_displacement(k, y)) /
              (track_.knots[k + 1].depth - track_.knots[k].depth);
   }
-  if (mode.tip == Tip::cutting && !track_.give.empty()) {
-    slope += track_.phi_in(mode.interval, track_.intervals[mode.interval].cutting_force) *
-             track_.give_at(mode.interval, mode.stretch, 0.0)[1];
+  if (mode.tip == Tip::cutting) {
+    const double force = track_.intervals[mode.interval].cutting_force;
+    slope += track_.gap_at(mode.interval, mode.stretch, depth, force)[1];
   }
   return slope;
 }
 
-/// Solves d + U(d) + c_s(d) T = s on the segment and stretch of the mode, where U and c_s are
-/// linear; T is F_c of a tip that cuts and 0 in the track.
+/// Solves d + U(d) + gap(d, T) = s on the segment and stretch of the mode by Newton's method; U is
+/// linear there, and so is the gap without a toe. T is F_c of a tip that cuts and 0 in the track,
+/// which the tip does not leave while the tissue before it recovers.
 double Mechanics::depth_of(const Mode& mode, const VectorXd& y) const {
   if (mode.tip == Tip::outside) { return track_.entry(); }
   if (mode.tip == Tip::stuck) { return mode.cut; }
-  const double begin = track_.knots[mode.segment].depth;
-  double ahead = y(place()) - begin - knot_displacement(mode.segment, y);
-  if (mode.tip == Tip::cutting && !track_.give.empty()) {
-    ahead -= track_.phi_in(mode.interval, track_.intervals[mode.interval].cutting_force) *
-             track_.give_at(mode.interval, mode.stretch, begin)[0];
+  const double first = track_.knots[mode.segment].depth;
+  const double offset = y(place()) - first - knot_displacement(mode.segment, y);
+  if (mode.tip == Tip::in_track) {
+    if (offset < 0.0 && mode.segment == 0) { return first + offset; }
+    return std::min(first + offset / pace_at(mode, first, y), mode.cut);
   }
-  return begin + ahead / pace(mode, y);
+  const double force = track_.intervals[mode.interval].cutting_force;
+  const double in_tissue = pace_at({.segment = mode.segment}, first, y);
+  double depth = track_.give.empty() ? first : track_.give[mode.stretch].depth;
+  for (int n = 0; n < 50; ++n) {
+    const auto [gap, slope] = track_.gap_at(mode.interval, mode.stretch, depth, force);
+    const double change = (offset - in_tissue * (depth - first) - gap) / (in_tissue + slope);
+    depth += change;
+    if (!(std::abs(change) > 1e-15)) { break; }
+  }
+  return depth;
+}
+
+double Mechanics::lead_of_cut(const Mode& mode, const VectorXd& y) const {
+  const std::size_t segment = track_.segment_at(mode.cut);
+  const auto hats = track_.hats(segment, mode.cut);
+  double lead = y(place()) - mode.cut - hats[0] * knot_displacement(segment, y);
+  if (hats[1] != 0.0) { lead -= hats[1] * knot_displacement(segment + 1, y); }
+  return lead;
+}
+
+const std::vector<RelaxationBranch>& Mechanics::contact_branches(const Mode& mode) const {
+  static const std::vector<RelaxationBranch> none;
+  constexpr double band = 4e-12;  // of a cut that ends at the border of a layer [m]
+  return track_.give.empty() ? none
+                             : track_.intervals[track_.interval_at(mode.cut + band)].branches;
+}
+
+double Mechanics::relaxed_force(const Mode& mode, const VectorXd& y) const {
+  double sum = 0.0;
+  Index at = memory() + static_cast<Index>(tissue_states_);
+  for (const RelaxationBranch& branch : contact_branches(mode)) { sum += branch.share * y(at++); }
+  return sum;
+}
+
+double Mechanics::residual_gap(const Mode& mode, const VectorXd& y) const {
+  const double force = relaxed_force(mode, y);
+  const bool track_of_skin = mode.tip == Tip::outside && mode.cut > track_.entry();
+  if (force == 0.0 || track_of_skin) { return 0.0; }
+  const std::size_t interval = track_.interval_at(mode.cut);
+  return track_.gap_at(interval, track_.stretch_at(mode.cut), mode.cut, force)[0];
+}
+
+void Mechanics::forget_contact(VectorXd& y) const {
+  y.segment(memory() + static_cast<Index>(tissue_states_), static_cast<Index>(contact_states_))
+      .setZero();
+}
+
+/// The interval from b is touched down to r, and L = l (r - b). z = delta F / L is dragged along
+/// while r = xi - z, of whose two solutions z is the smaller one.
+CreepingShaft Mechanics::creeping_shaft(std::size_t interval, double depth, double force) const {
+  const TrackInterval& part = track_.intervals[interval];
+  const double end = std::min(part.end, track_.knots.back().depth);
+  const double entered = depth - part.begin;
+  const double pull = part.travel * force / part.friction;  // z (r - b)
+  CreepingShaft shaft;
+  if (depth - pull / (end - part.begin) >= end) {
+    shaft.reached = end;
+  } else {
+    const double square = entered * entered - 4.0 * pull;
+    shaft.at_least = square < 0.0;
+    shaft.reached = part.begin + 0.5 * (entered + std::sqrt(std::max(square, 0.0)));
+    if (shaft.reached > end || entered < 0.0) { shaft.reached = std::min(shaft.reached, end); }
+    shaft.lengthens = shaft.reached > part.begin ? part.friction : 0.0;
+  }
+  shaft.shares = track_.creeping_shares(interval, shaft.reached);
+  shaft.limit = shaft.shares.sum();
+  if (!(shaft.limit > 0.0)) { return shaft; }
+  shaft.shares /= shaft.limit;
+  shaft.drag = part.travel * force / shaft.limit;
+  return shaft;
+}
+
+double Mechanics::pulled_surface(const Mode& mode, const VectorXd& y) const {
+  if (creeping_.empty() || creeping_.front() != 0 || mode.tip == Tip::outside) { return 0.0; }
+  const double force = y(size() - static_cast<Index>(creeping_.size()));
+  return std::min(creeping_shaft(0, depth_of(mode, y), force).drag, 0.0);
+}
+
+void Mechanics::forget_shaft(VectorXd& y) const {
+  y.tail(static_cast<Index>(creeping_.size())).setZero();
+}
+
+void Mechanics::add_creeping(const Mode& mode, const VectorXd& y, Contact& contact) {
+  constexpr double sliding_speed = 1e-3;  // v_1 [m/s]
+  const bool moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
+  const double deepening = moves ? contact.slip / pace_at(mode, contact.depth, y) : 0.0;
+  for (std::size_t n = 0; n < creeping_.size(); ++n) {
+    const Index at = size() - static_cast<Index>(creeping_.size() - n);
+    dy_(at) = 0.0;
+    if (mode.tip == Tip::outside) { continue; }
+    const TrackInterval& part = track_.intervals[creeping_[n]];
+    const double force = y(at);
+    const CreepingShaft shaft = creeping_shaft(creeping_[n], contact.depth, force);
+    if (!(shaft.limit > 0.0)) { continue; }
+    double dragging = y(speed());
+    for (std::size_t k = 0; k < track_.knots.size(); ++k) {
+      const double share = shaft.shares(static_cast<Index>(k));
+      if (share == 0.0) { continue; }
+      dragging -= share * track_.direction.dot(knot_mean(k, y, dof()));
+      push_knot(k, share * force * track_.direction, dy_, dof());
+    }
+    const double load = force / shaft.limit;
+    dragging -= std::copysign(sliding_speed * std::pow(std::abs(load), 1.0 / part.exponent), load);
+    const double reaching = shaft.at_least ? 0.5 * deepening : deepening - dragging;
+    dy_(at) =
+        shaft.limit / part.travel * dragging + load * shaft.lengthens * std::min(reaching, 0.0);
+    contact.creeping_force += force;
+  }
+}
+
+/// Shaft that enters tissue at once has rubbed on it over the way that it entered. Passes go on
+/// until the drag and the length that it leaves agree.
+void Mechanics::reach(double before, double after, VectorXd& y) const {
+  for (std::size_t n = 0; n < creeping_.size(); ++n) {
+    const TrackInterval& part = track_.intervals[creeping_[n]];
+    double& force = y(size() - static_cast<Index>(creeping_.size() - n));
+    const CreepingShaft old = creeping_shaft(creeping_[n], before, force);
+    double reached = old.reached;
+    double limit = old.limit;
+    for (int pass = 0; pass < 1000; ++pass) {
+      const double drag = limit > 0.0 ? part.travel * force / limit : 0.0;
+      const double half = 0.5 * (after + part.begin);
+      const double now = std::max(after - drag, half);
+      const double wanted = track_.creeping_shares(creeping_[n], now).sum();
+      if (wanted > limit) {
+        force += (wanted - limit) * std::clamp((now - reached) / part.travel, 0.0, 1.0);
+      } else {
+        force *= limit > 0.0 ? wanted / limit : 0.0;
+      }
+      const double change = std::abs(now - reached);
+      reached = now;
+      limit = wanted;
+      if (!(change > 1e-14)) { break; }
+    }
+  }
+}
+
+void Mechanics::add_relaxation_of_contact(const Mode& mode, const Contact& contact,
+                                          const VectorXd& y) {
+  Index at = memory() + static_cast<Index>(tissue_states_);
+  dy_.segment(at, static_cast<Index>(contact_states_)).setZero();
+  if (mode.tip == Tip::cutting) { return; }
+  const double elastic = mode.tip == Tip::stuck ? contact.elastic_force : relaxed_force(mode, y);
+  for (const RelaxationBranch& branch : contact_branches(mode)) {
+    dy_(at) = (elastic - y(at)) / branch.time;
+    ++at;
+  }
 }
 
 double Mechanics::tip_lead(const Mode& mode, const Contact& contact, const VectorXd& y) const {
@@ -213,18 +388,20 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
     contact.shaft_mobility += share * share * mobility_[knot];
     contact.mixed_mobility += h * share * mobility_[knot];
   }
-  const TrackDent* large = track_.dent_in(mode.interval);
   if (mode.tip == Tip::stuck && !track_.give.empty()) {
-    contact.give = track_.give_at(mode.interval, track_.stretch_at(mode.cut), mode.cut)[0];
-    contact.tip_force = tip_lead(mode, contact, y) / contact.give;
-    if (large != nullptr) { contact.tip_force = large->force_of(contact.tip_force); }
+    const std::size_t stretch = track_.stretch_at(mode.cut);
+    contact.give = track_.give_at(mode.interval, stretch, mode.cut)[0];
+    contact.elastic_force =
+        track_.force_at(mode.interval, stretch, mode.cut, tip_lead(mode, contact, y));
+    contact.tip_force = contact.elastic_force - relaxed_force(mode, y);
+    contact.pressed_energy =
+        track_.energy_at(mode.interval, stretch, mode.cut, contact.elastic_force);
   } else if (mode.tip == Tip::cutting) {
     contact.give = track_.give_at(mode.interval, mode.stretch, contact.depth)[0];
     contact.tip_force = track_.intervals[mode.interval].cutting_force;
+    contact.pressed_energy =
+        track_.energy_at(mode.interval, mode.stretch, contact.depth, contact.tip_force);
   }
-  const double work = large != nullptr ? large->work(contact.tip_force)
-                                       : 0.5 * contact.tip_force * contact.tip_force;
-  contact.pressed_energy = contact.give * work;
   const double tool = tool_mobility(mode);
   contact.tip_mobility += tool;
   contact.shaft_mobility += tool;
@@ -261,9 +438,20 @@ void Mechanics::free_acceleration(double time, const Mode& mode, const VectorXd&
   const Index n = dof();
   position_ = origin_ + y.head(n);
   velocity_ = y.segment(n, n);
-  problem_.force(time, mode.gate, position_, velocity_, force_);
   dy_.head(n) = velocity_;
-  dy_.segment(n, n) = force_.cwiseProduct(inverse_mass_);
+  if (relaxing_) {
+    const auto further = y.segment(memory(), static_cast<Index>(tissue_states_));
+    state_.assign(y.begin(), y.begin() + 2 * n);
+    state_.insert(state_.end(), further.begin(), further.end());
+    relaxing_->derivative(time, mode.gate, state_, state_rate_);
+    dy_.segment(n, n) = VectorXd::Map(state_rate_.data() + n, n);
+    dy_.segment(memory(), further.size()) =
+        VectorXd::Map(state_rate_.data() + 2 * n, further.size());
+  } else {
+    problem_.force(time, mode.gate, position_, velocity_, force_);
+    dy_.segment(n, n) = force_.cwiseProduct(inverse_mass_);
+  }
+  add_creeping(mode, y, contact);
   const Vector3d& direction = track_.direction;
   for (std::size_t k = 0; k < mode.locked_at.size(); ++k) {
     if (mobility_[k] == 0.0) { continue; }
@@ -278,9 +466,10 @@ void Mechanics::free_acceleration(double time, const Mode& mode, const VectorXd&
 /// tissue [1/s].
 double Mechanics::share_rate(const Mode& mode, const Contact& contact, const VectorXd& y) const {
   const bool moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
-  if (!moves || contact.capacity == 0.0) { return 0.0; }
-  const double deepening = contact.slip / pace(mode, y);
-  return track_.intervals[mode.interval].friction * deepening / contact.capacity;
+  const TrackInterval& part = track_.intervals[mode.interval];
+  if (!moves || contact.capacity == 0.0 || part.travel > 0.0) { return 0.0; }
+  const double deepening = contact.slip / pace_at(mode, contact.depth, y);
+  return part.friction * deepening / contact.capacity;
 }
 
 Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, VectorXd* dy) {
@@ -289,7 +478,8 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
   free_acceleration(time, mode, y, contact);
   const double hand = mode.hand.at(time);
   if (pushes() && mode.support == Support::hand) {
-    contact.tool_acceleration = (hand - drive_.hand_viscosity * y(speed())) / tool_mass_;
+    contact.tool_acceleration =
+        (hand - drive_.hand_viscosity * y(speed()) - contact.creeping_force) / tool_mass_;
   }
   double slip_rate = contact.tool_acceleration;
   double shaft_rate = contact.tool_acceleration;
@@ -306,7 +496,7 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
   }
   solve_forces(mode, slip_rate, shaft_rate, contact);
   if (pushes() && mode.support == Support::bone) {
-    contact.bone_force = hand - contact.tip_force - contact.shaft_force;
+    contact.bone_force = hand - contact.tip_force - contact.shaft_force - contact.creeping_force;
   }
   for (Index k = 0; k <= last && mode.tip != Tip::outside; ++k) {
     const double force =
@@ -316,6 +506,7 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
   if (dy != nullptr) {
     dy_(place()) = y(speed());
     dy_(speed()) = contact.tool_acceleration;
+    add_relaxation_of_contact(mode, contact, y);
     add_powers(time, mode, contact, y, dy_);
     *dy = dy_;
   }
@@ -325,11 +516,11 @@ Contact Mechanics::evaluate(double time, const Mode& mode, const VectorXd& y, Ve
 void Mechanics::add_powers(double time, const Mode& mode, const Contact& contact, const VectorXd& y,
                            VectorXd& dy) {
   const double speed_now = y(speed());
-  auto power = dy.tail<4>();
+  auto power = dy.segment<4>(work());
   if (pushes()) {
     power(0) = (mode.hand.at(time) - drive_.hand_viscosity * speed_now) * speed_now;
   } else {
-    power(0) = (contact.tip_force + contact.shaft_force) * speed_now;
+    power(0) = (contact.tip_force + contact.shaft_force + contact.creeping_force) * speed_now;
     if (mode.support == Support::bone) {
       power(0) += drive_.grip_stiffness * (mode.hand.at(time) - y(place())) * mode.hand.rate;
     }

@@ -4,12 +4,14 @@
 /// [N] (model/problem/scene.hpp, Drive). Only the references use it.
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "model/problem/problem.hpp"
 #include "model/problem/scene.hpp"
 #include "reference/insertion.hpp"
 #include "reference/needle_track.hpp"
+#include "reference/network_equations.hpp"
 
 namespace palpate::reference {
 
@@ -31,8 +33,9 @@ namespace palpate::reference::insertion {
 
 // Equation of motion between two events, with constraints eliminated at the level of accelerations.
 // Private to reference/insertion*.cpp. y = [u; v; s; s'; work of the hand; loss in dampers,
-// friction, cutting], u = q - q(0) of the free nodes. Along n the tip receives T and the shaft F_f.
-// Contact points are orthogonal in M^-1, so the lateral lock is independent of both.
+// friction, cutting; z of springs and cells; z of the contact; F of creeping friction], u = q -
+// q(0) of the free nodes. Along n the tip receives T and the shaft F_f. Contact points are
+// orthogonal in M^-1, so the lateral lock is independent of both.
 
 enum class Tip { outside, stuck, cutting, in_track };
 enum class Shaft { sticks, forward, backward };  ///< direction of slip through the tissue
@@ -60,7 +63,9 @@ struct Contact {
   double give = 0.0;                       ///< c_s at d of a stuck or cutting tip [m/N]
   double pressed_energy = 0.0;             ///< of the tissue between tip and contact point [J]
   double tip_force = 0.0;                  ///< T [N]
-  double shaft_force = 0.0;                ///< F_f [N]
+  double elastic_force = 0.0;              ///< T of a stuck tip before its relaxation [N]
+  double shaft_force = 0.0;                ///< F_f of Coulomb [N]
+  double creeping_force = 0.0;             ///< creeping friction [N]
   double bone_force = 0.0;                 ///< force on a tool that the hand presses on bone [N]
   double tool_acceleration = 0.0;          ///< s'' [m/s^2]
   double slip_rate = 0.0;                  ///< d/dt slip at a fixed depth [m/s^2]
@@ -80,6 +85,16 @@ struct Contact {
   }
 };
 
+/// Creeping friction in one interval at one instant (model/EQUATIONS.md, "Creeping friction").
+struct CreepingShaft {
+  double reached = 0.0;      ///< depth down to which the shaft counts [m]
+  double limit = 0.0;        ///< L [N]
+  double drag = 0.0;         ///< z [m]
+  double lengthens = 0.0;    ///< dL over a change of `reached` [N/m]
+  bool at_least = false;     ///< `reached` has its least value
+  Eigen::VectorXd shares{};  ///< l_k / L
+};
+
 class Mechanics {
  public:
   Mechanics(const Scene& scene, const SpringNetwork& network, const Tolerance& tolerance,
@@ -90,11 +105,18 @@ class Mechanics {
   [[nodiscard]] const Drive& drive() const { return drive_; }
   [[nodiscard]] bool pushes() const { return drive_.kind == Drive::Kind::force; }
   [[nodiscard]] Eigen::Index dof() const { return problem_.dof(); }
-  [[nodiscard]] Eigen::Index size() const { return 2 * dof() + 6; }
+  [[nodiscard]] Eigen::Index size() const { return memory() + scales_.size(); }
   [[nodiscard]] Eigen::Index place() const { return 2 * dof(); }      ///< index of s
   [[nodiscard]] Eigen::Index speed() const { return 2 * dof() + 1; }  ///< index of s'
   [[nodiscard]] Eigen::Index work() const { return 2 * dof() + 2; }   ///< index of the hand's work
-  [[nodiscard]] double tool_mass() const { return tool_mass_; }       ///< [kg]; by force only
+  /// Index of the first of the further states of relaxation and creeping friction.
+  [[nodiscard]] Eigen::Index memory() const { return 2 * dof() + 6; }
+  /// Typical values of the further states [N, Pa of cells].
+  [[nodiscard]] const Eigen::VectorXd& memory_scales() const { return scales_; }
+  /// Returns true if the energies are those of the insertion: relaxing tissue and creeping friction
+  /// have no account.
+  [[nodiscard]] bool has_energies() const { return scales_.size() == 0; }
+  [[nodiscard]] double tool_mass() const { return tool_mass_; }  ///< [kg]; by force only
   /// Returns 1/m [1/kg], or 0 if the motion of the tool is prescribed.
   [[nodiscard]] double tool_mobility(const Mode& mode) const;
   [[nodiscard]] double mobility(std::size_t knot) const { return mobility_[knot]; }  ///< G_k
@@ -106,7 +128,22 @@ class Mechanics {
   /// its cut [m].
   [[nodiscard]] double tip_lead(const Mode& mode, const Contact& contact,
                                 const Eigen::VectorXd& y) const;
-  /// Returns the slope of d + U(d) + c_s(d) F_c where the tip is in the track or cuts [1].
+  /// Returns the distance by which a tip without force is ahead of its cut while the tissue
+  /// recovers from its relaxation [m].
+  [[nodiscard]] double residual_gap(const Mode& mode, const Eigen::VectorXd& y) const;
+  /// Returns how far a tip in its track is from the tissue at its end [m].
+  [[nodiscard]] double track_left(const Mode& mode, const Eigen::VectorXd& y) const {
+    return residual_gap(mode, y) - lead_of_cut(mode, y);
+  }
+  /// Forgets the relaxation of the contact.
+  void forget_contact(Eigen::VectorXd& y) const;
+  /// Returns by how much the shaft pulls the surface out along the needle [m], <= 0.
+  [[nodiscard]] double pulled_surface(const Mode& mode, const Eigen::VectorXd& y) const;
+  /// Adapts creeping friction to a depth that has changed at once; `before` [m].
+  void reach(double before, double after, Eigen::VectorXd& y) const;
+  /// Ends creeping friction.
+  void forget_shaft(Eigen::VectorXd& y) const;
+  /// Returns the slope of d + U(d) + gap(d, F_c) where the tip is in the track or cuts [1].
   [[nodiscard]] double pace(const Mode& mode, const Eigen::VectorXd& y) const;
   /// Computes depth, slips and weights without forces, but T if the position gives it.
   [[nodiscard]] Contact kinematics(const Mode& mode, const Eigen::VectorXd& y) const;
@@ -131,6 +168,18 @@ class Mechanics {
     double per_mass = 0.0;  ///< w / m [1/kg]
   };
   [[nodiscard]] double depth_of(const Mode& mode, const Eigen::VectorXd& y) const;
+  [[nodiscard]] double pace_at(const Mode& mode, double depth, const Eigen::VectorXd& y) const;
+  /// Returns s - d - U(d) at the end of the cut [m].
+  [[nodiscard]] double lead_of_cut(const Mode& mode, const Eigen::VectorXd& y) const;
+  [[nodiscard]] const std::vector<RelaxationBranch>& contact_branches(const Mode& mode) const;
+  /// Returns what relaxation takes of the elastic force of the contact [N].
+  [[nodiscard]] double relaxed_force(const Mode& mode, const Eigen::VectorXd& y) const;
+  [[nodiscard]] CreepingShaft creeping_shaft(std::size_t interval, double depth,
+                                             double force) const;
+  /// Adds the forces of creeping friction to dy_, and their rates.
+  void add_creeping(const Mode& mode, const Eigen::VectorXd& y, Contact& contact);
+  void add_relaxation_of_contact(const Mode& mode, const Contact& contact,
+                                 const Eigen::VectorXd& y);
   void add_shaft(const Mode& mode, Contact& contact) const;
   void free_acceleration(double time, const Mode& mode, const Eigen::VectorXd& y, Contact& contact);
   [[nodiscard]] double share_rate(const Mode& mode, const Contact& contact,
@@ -150,6 +199,12 @@ class Mechanics {
   std::vector<std::vector<FreeNode>> supports_;  ///< free nodes of each contact point
   std::vector<Eigen::Vector3d> offset_;  ///< displacement of the contact points at t = 0 [m]
   std::vector<double> mobility_;
+  std::unique_ptr<NetworkEquations<double>> relaxing_;  ///< null: the tissue does not relax
+  std::size_t tissue_states_ = 0;
+  std::size_t contact_states_ = 0;
+  std::vector<std::size_t> creeping_;  ///< intervals with creeping friction
+  Eigen::VectorXd scales_;
+  State<double> state_, state_rate_;
   long evaluations_ = 0;
   Eigen::VectorXd position_, velocity_, force_, dy_, still_;
 };

@@ -22,6 +22,7 @@ namespace {
 std::vector<TrackKnot> needle_knots(const Scene& scene, const SpringNetwork& network);
 TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network);
 std::vector<TrackInterval> track_intervals(const Scene& scene, double entry);
+std::vector<TrackInterval> base_intervals(const Scene& scene, double entry, double n_z);
 void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& track);
 
 }  // namespace
@@ -53,6 +54,101 @@ std::array<double, 2> NeedleTrack::give_at(std::size_t interval, std::size_t str
   const double from = give[stretch].depth;
   const double slope = (at(stretch + 1) - here) / (give[stretch + 1].depth - from);
   return {here + slope * (depth - from), slope};
+}
+
+namespace {
+
+/// Contact of a sharp tip (model/EQUATIONS.md, "Contact of a size") in tissue of compliance
+/// `continuum` [m/N], with the dent D of the continuum [m].
+struct Toe {
+  double end = 0.0;  ///< D_1 [m]
+  double continuum = 0.0;
+  static constexpr double rest = 0.02;  ///< r
+
+  /// Returns T and dT/dD.
+  [[nodiscard]] std::array<double, 2> force(double dent) const {
+    const double bent = std::clamp(dent, 0.0, end);
+    const double slope = (rest + (1.0 - rest) * bent / end) / continuum;
+    const double mean = (rest + 0.5 * (1.0 - rest) * bent / end) / continuum;
+    return {mean * bent + slope * (dent - bent), slope};
+  }
+  /// Returns D under a force, by Newton's method from above, where T(D) is convex.
+  [[nodiscard]] double dent(double value) const {
+    double at = std::max(value * continuum + end, 0.0);
+    for (int n = 0; n < 60; ++n) {
+      const auto [now, slope] = force(at);
+      const double change = (now - value) / slope;
+      at -= change;
+      if (std::abs(change) <= 1e-15 * std::max(end, std::abs(at))) { break; }
+    }
+    return at;
+  }
+  /// Returns D where D - soft T(D) is the gap; soft < c_c.
+  [[nodiscard]] double dent_under_gap(double gap, double soft) const {
+    double at = std::max(gap / (1.0 - soft / continuum), 0.0);
+    for (int n = 0; n < 60; ++n) {
+      const auto [now, slope] = force(at);
+      const double change = (at - soft * now - gap) / (1.0 - soft * slope);
+      at -= change;
+      if (std::abs(change) <= 1e-15 * std::max(end, std::abs(at))) { break; }
+    }
+    return at;
+  }
+  /// Returns the integral of T over D [J].
+  [[nodiscard]] double work(double dent) const {
+    const double bent = std::min(dent, end);
+    const double in_toe =
+        (0.5 * rest * bent * bent + (1.0 - rest) * bent * bent * bent / (6.0 * end)) / continuum;
+    return in_toe + 0.5 * (force(bent)[0] + force(dent)[0]) * (dent - bent);
+  }
+};
+
+}  // namespace
+
+std::array<double, 2> NeedleTrack::continuum_at(std::size_t stretch, double depth) const {
+  const TrackGive& here = give[stretch];
+  if (stretch + 1 == give.size()) { return {here.continuum, 0.0}; }
+  const TrackGive& next = give[stretch + 1];
+  const double slope = (next.continuum - here.continuum) / (next.depth - here.depth);
+  return {here.continuum + slope * (depth - here.depth), slope};
+}
+
+std::array<double, 2> NeedleTrack::gap_at(std::size_t interval, std::size_t stretch, double depth,
+                                          double force) const {
+  const auto [soft, slope] = give_at(interval, stretch, depth);
+  if (give.empty() || intervals[interval].toe == 0.0) {
+    const TrackDent* large = dent_in(interval);
+    const double phi = large == nullptr ? force : large->phi_of(force);
+    return {soft * phi, slope * phi};
+  }
+  const auto [continuum, softens] = continuum_at(stretch, depth);
+  const Toe toe{intervals[interval].toe, continuum};
+  const double whole = toe.dent(force);
+  // c_c T is a function of D alone.
+  const double deepens = force * softens / (continuum * toe.force(whole)[1]);
+  return {whole - (continuum - soft) * force, deepens - (softens - slope) * force};
+}
+
+double NeedleTrack::force_at(std::size_t interval, std::size_t stretch, double depth,
+                             double gap) const {
+  const double soft = give_at(interval, stretch, depth)[0];
+  if (intervals[interval].toe == 0.0) {
+    const TrackDent* large = dent_in(interval);
+    return large == nullptr ? gap / soft : large->force_of(gap / soft);
+  }
+  const Toe toe{intervals[interval].toe, continuum_at(stretch, depth)[0]};
+  return toe.force(toe.dent_under_gap(gap, toe.continuum - soft))[0];
+}
+
+double NeedleTrack::energy_at(std::size_t interval, std::size_t stretch, double depth,
+                              double force) const {
+  const double soft = give_at(interval, stretch, depth)[0];
+  if (give.empty() || intervals[interval].toe == 0.0) {
+    const TrackDent* large = dent_in(interval);
+    return soft * (large == nullptr ? 0.5 * force * force : large->work(force));
+  }
+  const Toe toe{intervals[interval].toe, continuum_at(stretch, depth)[0]};
+  return toe.work(toe.dent(force)) - 0.5 * (toe.continuum - soft) * force * force;
 }
 
 double TrackDent::phi_of(double force) const {
@@ -89,29 +185,41 @@ std::array<double, 2> NeedleTrack::hats(std::size_t segment, double depth) const
 Eigen::VectorXd NeedleTrack::friction_shares(std::size_t segment, std::size_t interval,
                                              double depth) const {
   Eigen::VectorXd shares = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(knots.size()));
-  const auto add = [&](std::size_t k, double friction, double from, double to) {
-    const auto middle = hats(k, 0.5 * (from + to));  // the midpoint rule is exact
-    const auto i = static_cast<Eigen::Index>(k);
-    shares(i) += friction * (middle[0] * (to - from));
-    if (k + 1 < knots.size()) { shares(i + 1) += friction * (middle[1] * (to - from)); }
-  };
   for (std::size_t k = 0; k <= segment; ++k) {
     for (std::size_t n = 0; n <= interval; ++n) {
       const TrackInterval& part = intervals[n];
+      if (part.travel > 0.0) { continue; }
       const double from = std::max(knots[k].depth, part.begin);
       // At the tip its depth ends the integral, even if rounding places it outside the segment.
       const bool at_tip = k == segment && n == interval;
       const double lower = k == segment ? part.end : std::min(knots[k + 1].depth, part.end);
-      if (at_tip || lower > from) { add(k, part.friction, from, at_tip ? depth : lower); }
+      if (at_tip || lower > from) { add_friction(k, n, from, at_tip ? depth : lower, shares); }
     }
   }
   return shares;
 }
 
-NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
-  if (relaxes(network)) {
-    throw SolverError("insertion: relaxing tissue has no reference for a tool");
+Eigen::VectorXd NeedleTrack::creeping_shares(std::size_t interval, double depth) const {
+  const TrackInterval& part = intervals[interval];
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(knots.size()));
+  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+    const double from = std::max(knots[k].depth, part.begin);
+    const double to = std::min({knots[k + 1].depth, part.end, depth});
+    if (to > from) { add_friction(k, interval, from, to, shares); }
   }
+  return shares;
+}
+
+void NeedleTrack::add_friction(std::size_t k, std::size_t interval, double from, double to,
+                               Eigen::VectorXd& shares) const {
+  const double friction = intervals[interval].friction;
+  const auto middle = hats(k, 0.5 * (from + to));  // the midpoint rule is exact
+  const auto i = static_cast<Eigen::Index>(k);
+  shares(i) += friction * (middle[0] * (to - from));
+  if (k + 1 < knots.size()) { shares(i + 1) += friction * (middle[1] * (to - from)); }
+}
+
+NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
   NeedleTrack track;
   if (scene.probe) {
     track.knots = {probe_knot(scene, network)};
@@ -119,6 +227,7 @@ NeedleTrack needle_track(const Scene& scene, const SpringNetwork& network) {
     track.intervals = {{.begin = track.entry(),
                         .puncture_force = std::numeric_limits<double>::infinity(),
                         .cutting_force = std::numeric_limits<double>::infinity(),
+                        .branches = base_intervals(scene, track.entry(), 1.0).front().branches,
                         .label = "skin"}};
     return track;
   }
@@ -147,27 +256,28 @@ std::vector<double> own_dents(const Scene& scene, const SpringNetwork& network,
                               std::size_t count) {
   const std::size_t segment = track.segment_at(depth);
   const std::array<double, 2> hats = track.hats(segment, depth);
+  std::vector<TrackSupport> pressed;
+  for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
+    for (const TrackSupport& support : track.knots[segment + n].supports) {
+      pressed.push_back({support.node, hats[n] * support.weight});
+    }
+  }
   std::vector<double> dents;
   double begin = 0.0;
   Eigen::VectorXd position;
   for (std::size_t k = 0; k < count; ++k) {
     std::vector<Load> loads;
-    for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
-      for (const TrackSupport& support : track.knots[segment + n].supports) {
-        const double force = static_cast<double>(k) * step * hats[n] * support.weight;
-        loads.push_back({.nodes = {support.node}, .force = force * track.direction});
-      }
+    for (const TrackSupport& at : pressed) {
+      const double force = static_cast<double>(k) * step * at.weight;
+      loads.push_back({.nodes = {at.node}, .force = force * track.direction});
     }
     const NetworkProblem problem(network, std::move(loads), scene.tissue.gravity);
     if (k == 0) { position = problem.initial_position(); }
     position = static_equilibrium(problem, {}, position).position;
     double place = 0.0;
-    for (std::size_t n = 0; n < 2 && hats[n] != 0.0; ++n) {
-      for (const TrackSupport& support : track.knots[segment + n].supports) {
-        const Eigen::Index at = problem.coordinate(support.node);
-        if (at < 0) { continue; }
-        place += hats[n] * support.weight * track.direction.dot(position.segment<3>(at));
-      }
+    for (const TrackSupport& at : pressed) {
+      const Eigen::Index first = problem.coordinate(at.node);
+      if (first >= 0) { place += at.weight * track.direction.dot(position.segment<3>(first)); }
     }
     if (k == 0) { begin = place; }
     dents.push_back(place - begin);
@@ -179,6 +289,7 @@ void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& tra
   TipCompliance tip = NeedlePath(scene, network).tip_compliance(scene, network);
   for (std::size_t n = 0; n < tip.value.size(); ++n) {
     track.give.push_back({tip.depth[n], tip.value[n]});
+    if (!tip.of_continuum.empty()) { track.give.back().continuum = tip.of_continuum[n]; }
   }
   if (tip.large.dent.empty()) { return; }
   const std::size_t count = tip.large.dent.size();
@@ -390,14 +501,14 @@ TrackInterval made_of(const Scene& scene, const std::string& material, const std
   const auto found = std::ranges::find(scene.materials, material, &Material::name);
   if (found == scene.materials.end()) { throw SolverError("insertion: no material " + material); }
   const TissueRole role = role_of(*found);
-  if (found->indentation_toe > 0.0 || found->friction_travel > 0.0) {
-    throw SolverError(
-        "insertion: the reference has no toe of the contact and no creeping friction");
-  }
   const bool bone = role == TissueRole::bone;
   return {.puncture_force = bone ? infinity : found->puncture_force.value_or(found->cutting_force),
           .cutting_force = bone ? infinity : found->cutting_force,
+          .toe = found->indentation_toe,
           .friction = found->friction,
+          .travel = found->friction_travel,
+          .exponent = found->friction_exponent,
+          .branches = found->relaxation,
           .role = role,
           .label = label.empty() ? material : label};
 }

@@ -30,7 +30,11 @@ struct TrackInterval {
   /// Forces at which the tip begins and goes on cutting, infinite for bone and beneath a probe [N].
   double puncture_force = 0.0;
   double cutting_force = 0.0;
+  double toe = 0.0;       ///< D_1 of the contact [m]
   double friction = 0.0;  ///< [N/m]
+  double travel = 0.0;    ///< delta of creeping friction [m]; 0: friction of Coulomb
+  double exponent = 0.0;  ///< nu of creeping friction [1]
+  std::vector<RelaxationBranch> branches{};  ///< of the contact
   TissueRole role = TissueRole::tissue;
   std::string label{};  ///< of the layer, or of the material without a layer
 };
@@ -39,6 +43,7 @@ struct TrackInterval {
 struct TrackGive {
   double depth = 0.0;       ///< xi [m]
   double compliance = 0.0;  ///< [m/N]
+  double continuum = 0.0;   ///< c_c, of the continuum; 0 unless a layer has a toe [m/N]
 };
 
 /// Contact on a skin with a large dent (model/EQUATIONS.md, "Large dent of a skin"): the gap is
@@ -82,18 +87,33 @@ struct NeedleTrack {
   /// linearly from a stretch; 0 without `give`.
   [[nodiscard]] std::array<double, 2> give_at(std::size_t interval, std::size_t stretch,
                                               double depth) const;
-  /// Returns the gap over give_at() under a force [N].
-  [[nodiscard]] double phi_in(std::size_t interval, double force) const {
-    const TrackDent* large = dent_in(interval);
-    return large == nullptr ? force : large->phi_of(force);
-  }
+  /// Returns the gap between tip and contact point under a force [N] at a depth, and its slope over
+  /// the depth [m, 1], extended from a stretch like give_at().
+  [[nodiscard]] std::array<double, 2> gap_at(std::size_t interval, std::size_t stretch,
+                                             double depth, double force) const;
+  /// Returns the elastic force of the contact under a gap [N].
+  [[nodiscard]] double force_at(std::size_t interval, std::size_t stretch, double depth,
+                                double gap) const;
+  /// Returns the energy of the contact under an elastic force [J].
+  [[nodiscard]] double energy_at(std::size_t interval, std::size_t stretch, double depth,
+                                 double force) const;
   /// Returns the hat functions of contact points `segment` and `segment + 1` at a depth [1]; the
   /// second is 0 beyond the last contact point.
   [[nodiscard]] std::array<double, 2> hats(std::size_t segment, double depth) const;
-  /// Returns l_k [N] of the contact points down to a depth in this segment and interval. Both are
-  /// extended smoothly beyond their ends, for the trial steps of a solver.
+  /// Returns l_k [N] of the contact points down to a depth in this segment and interval, without
+  /// creeping friction. Both are extended smoothly beyond their ends, for the trial steps of a
+  /// solver.
   [[nodiscard]] Eigen::VectorXd friction_shares(std::size_t segment, std::size_t interval,
                                                 double depth) const;
+  /// Returns l_k [N] of the creeping friction of one interval down to a depth.
+  [[nodiscard]] Eigen::VectorXd creeping_shares(std::size_t interval, double depth) const;
+
+ private:
+  /// Adds the friction of an interval between two depths in the segment that begins at knot k.
+  void add_friction(std::size_t k, std::size_t interval, double from, double to,
+                    Eigen::VectorXd& shares) const;
+  /// Returns c_c and its slope [m/N, 1/N].
+  [[nodiscard]] std::array<double, 2> continuum_at(std::size_t stretch, double depth) const;
 };
 
 /// Returns the track of the scene's needle or probe. c_s and the dent of the continuum are taken

@@ -23,7 +23,14 @@ class StaticTissue {
  public:
   StaticTissue(const Scene& scene, const SpringNetwork& network)
       : track_(needle_track(scene, network)), problem_(network) {
-    if (track_.dent) { throw SolverError("quasi-static insertion: a large dent is not linear"); }
+    const bool linear = !track_.dent && std::ranges::all_of(track_.intervals, [](const auto& part) {
+      return part.toe == 0.0 && part.travel == 0.0 && part.branches.empty();
+    });
+    if (!linear || relaxes(network)) {
+      throw SolverError(
+          "quasi-static insertion: a large dent, a toe, relaxation and creeping friction are not "
+          "linear");
+    }
     const Sparse stiffness = LinearProblem(problem_).stiffness();
     // Springs in a chain act along it only; coordinates without stiffness and force have no
     // equation.

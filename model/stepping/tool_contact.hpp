@@ -689,6 +689,7 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
       case TipMode::cutting:
       case TipMode::in_track:
         depth_ = predict_ ? depth_begin_ + depth_rate_ * (t - step_begin_) : depth_of_tip();
+        if (tip_ == TipMode::in_track && relaxes()) { depth_ = std::min(depth_, cut_); }
         break;
     }
   }
@@ -795,18 +796,34 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
   void relax_to(double s) noexcept {
     if (tip_ == TipMode::stuck && relaxes()) { relaxation_[path_.interval_at(cut_)].at(s); }
   }
+  /// Returns the distance by which a tip without force is ahead of its cut, `s` seconds after the
+  /// begin of a step, while the tissue before it recovers from its relaxation [m].
+  [[nodiscard]] double residual_gap(double s) noexcept {
+    if (!relaxes()) { return 0.0; }
+    relaxation_[path_.interval_at(cut_)].at(s);
+    const Relaxed now = contact_relaxation().of(0);
+    return law_at(cut_).gap(now.held / now.share);
+  }
+  /// Returns true if a tip without force has reached the tissue at the end of its cut; `here` is
+  /// the depth of the material at the tip.
+  [[nodiscard]] bool reaches_cut(double here) noexcept {
+    return relaxes() ? gap_at_cut() >= residual_gap(step_length_) : here >= cut_;
+  }
   /// Remembers the state at the end of a step. A tip that cuts enters tissue that was not loaded
-  /// before.
+  /// before; tissue from which the tip has gone recovers without force.
   void remember_contact() noexcept {
     if (!relaxes()) { return; }
     Relaxation<double>& relaxation = relaxation_[path_.interval_at(cut_)];
-    if (tip_ != TipMode::stuck) {
+    if (tip_ == TipMode::cutting) {
       const double force = pressing_force();
       relaxation.restart(&force);
       return;
     }
-    const double elastic = std::max(0.0, law_at(depth_).force(gap_at_cut()));
     relaxation.at(step_length_);
+    const Relaxed now = relaxation.of(0);
+    const double elastic = tip_ == TipMode::stuck
+                               ? std::max(0.0, law_at(depth_).force(gap_at_cut()))
+                               : now.held / now.share;
     relaxation.remember(&elastic);
     soften();
   }
@@ -1069,7 +1086,7 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
   /// the tip.
   void change_outside(double here, double t) noexcept {
     const double skin = knots_.front().depth;
-    if (here >= skin) {
+    if (here >= skin && (cut_ > skin || reaches_cut(here))) {
       tip_ = cut_ > skin ? TipMode::in_track : TipMode::stuck;
       depth_ = cut_ > skin ? std::min(here, cut_) : cut_;
       tip_force_ = 0.0;
@@ -1083,8 +1100,8 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
   }
   void change_in_track(double here, double t) noexcept {
     const double skin = knots_.front().depth;
-    depth_ = here;
-    if (here >= cut_) {
+    depth_ = relaxes() ? std::min(here, cut_) : here;
+    if (reaches_cut(here)) {
       tip_ = TipMode::stuck;
       tip_force_ = 0.0;
       depth_ = cut_;
@@ -1192,9 +1209,11 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
       case TipMode::in_track:
         if (softness_ > 0.0) {  // the condition that a sticking tip would violate
           const double length = slack.velocity * step_length_;
-          const bool sticks = tip_ == TipMode::cutting
-                                  ? gap_beyond(cutting_force()) < -length
-                                  : gap_beyond(0.0) > length && depth_begin_ >= cut_;
+          const bool sticks =
+              tip_ == TipMode::cutting
+                  ? gap_beyond(cutting_force()) < -length
+                  : gap_beyond(0.0) - residual_gap(theta_ * step_length_) > length &&
+                        depth_begin_ >= cut_;
           tip_ = sticks ? TipMode::stuck : tip_;
         } else if (tip_ == TipMode::cutting ? rate < -slack.velocity
                                             : rate > slack.velocity && depth_begin_ >= cut_) {
