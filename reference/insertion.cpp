@@ -442,7 +442,7 @@ class Transitions {
   void remove_drift(VectorXd& y) {
     const Contact now = mechanics_.kinematics(mode_, y);
     if (is_rigid(now)) {
-      const double drift = mechanics_.tip_lead(mode_, now, y);
+      const double drift = mechanics_.tip_lead(mode_, y);
       checks_.largest_drift = std::max(checks_.largest_drift, std::abs(drift));
       push_track(mechanics_, mode_, now, {drift / now.tip_mobility, 0.0}, y, 0);
     }

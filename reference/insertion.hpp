@@ -32,7 +32,8 @@ struct InsertionOptions {
 /// the first cut). Forces are on the needle along n, against its insertion (Eq. 2). Lateral forces
 /// are tool.lateral_{x,y,z}_n. The energy balance since t = 0 is, without loads, energy_j +
 /// loss.*_j = energy_j(0) + loss.hand_j, where energy_j is stored in tissue, tool and grip.
-/// loss.damping_j needs InsertionOptions::Account::energy.
+/// loss.damping_j needs InsertionOptions::Account::energy. Relaxing tissue and creeping friction
+/// have no balance of energy, and then no such column.
 ///
 /// Events have the kinds of a run ("contact", "puncture", "loss-of-resistance", "dural-puncture":
 /// the first of a layer) and "cut-resumed" (in a layer that was cut before), "stopped" (the cutting
@@ -43,7 +44,8 @@ struct InsertionOptions {
 /// `times` [s] ascend from 0. At an event or a jump, an instant holds the
 /// state just before it; at 0, the state just after. For soft tissue only (functional iteration).
 /// Throws SolverError if CVODE fails, if the tool begins inside the tissue, if modes do not settle,
-/// or at more than event_limit events.
+/// at more than event_limit events, if a layer below the first has creeping friction or a first one
+/// has it without an exponent, or if Account::energy is asked for without a balance of energy.
 Trace solve_insertion(const Scene& scene, const SpringNetwork& network,
                       const std::vector<double>& times, const Tolerance& tolerance,
                       const InsertionOptions& options = {}, InsertionChecks* checks = nullptr);

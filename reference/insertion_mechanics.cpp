@@ -206,7 +206,7 @@ double Mechanics::depth_of(const Mode& mode, const VectorXd& y) const {
   return depth;
 }
 
-double Mechanics::lead_of_cut(const Mode& mode, const VectorXd& y) const {
+double Mechanics::tip_lead(const Mode& mode, const VectorXd& y) const {
   const std::size_t segment = track_.segment_at(mode.cut);
   const auto hats = track_.hats(segment, mode.cut);
   double lead = y(place()) - mode.cut - hats[0] * knot_displacement(segment, y);
@@ -343,15 +343,6 @@ void Mechanics::add_relaxation_of_contact(const Mode& mode, const Contact& conta
   }
 }
 
-double Mechanics::tip_lead(const Mode& mode, const Contact& contact, const VectorXd& y) const {
-  double lead = y(place()) - mode.cut;
-  for (std::size_t k = mode.segment; k < track_.knots.size(); ++k) {
-    const double h = contact.tip_weights(static_cast<Index>(k));
-    if (h != 0.0) { lead -= h * knot_displacement(k, y); }
-  }
-  return lead;
-}
-
 void Mechanics::add_shaft(const Mode& mode, Contact& contact) const {
   if (mode.tip == Tip::outside) { return; }
   contact.shaft_weights = track_.friction_shares(mode.segment, mode.interval, contact.depth);
@@ -391,8 +382,7 @@ Contact Mechanics::kinematics(const Mode& mode, const VectorXd& y) const {
   if (mode.tip == Tip::stuck && !track_.give.empty()) {
     const std::size_t stretch = track_.stretch_at(mode.cut);
     contact.give = track_.give_at(mode.interval, stretch, mode.cut)[0];
-    contact.elastic_force =
-        track_.force_at(mode.interval, stretch, mode.cut, tip_lead(mode, contact, y));
+    contact.elastic_force = track_.force_at(mode.interval, stretch, mode.cut, tip_lead(mode, y));
     contact.tip_force = contact.elastic_force - relaxed_force(mode, y);
     contact.pressed_energy =
         track_.energy_at(mode.interval, stretch, mode.cut, contact.elastic_force);

@@ -126,14 +126,13 @@ class Mechanics {
 
   /// Returns the distance s - d - U(d) by which the tip is ahead of the contact point at the end of
   /// its cut [m].
-  [[nodiscard]] double tip_lead(const Mode& mode, const Contact& contact,
-                                const Eigen::VectorXd& y) const;
+  [[nodiscard]] double tip_lead(const Mode& mode, const Eigen::VectorXd& y) const;
   /// Returns the distance by which a tip without force is ahead of its cut while the tissue
   /// recovers from its relaxation [m].
   [[nodiscard]] double residual_gap(const Mode& mode, const Eigen::VectorXd& y) const;
   /// Returns how far a tip in its track is from the tissue at its end [m].
   [[nodiscard]] double track_left(const Mode& mode, const Eigen::VectorXd& y) const {
-    return residual_gap(mode, y) - lead_of_cut(mode, y);
+    return residual_gap(mode, y) - tip_lead(mode, y);
   }
   /// Forgets the relaxation of the contact.
   void forget_contact(Eigen::VectorXd& y) const;
@@ -169,8 +168,6 @@ class Mechanics {
   };
   [[nodiscard]] double depth_of(const Mode& mode, const Eigen::VectorXd& y) const;
   [[nodiscard]] double pace_at(const Mode& mode, double depth, const Eigen::VectorXd& y) const;
-  /// Returns s - d - U(d) at the end of the cut [m].
-  [[nodiscard]] double lead_of_cut(const Mode& mode, const Eigen::VectorXd& y) const;
   [[nodiscard]] const std::vector<RelaxationBranch>& contact_branches(const Mode& mode) const;
   /// Returns what relaxation takes of the elastic force of the contact [N].
   [[nodiscard]] double relaxed_force(const Mode& mode, const Eigen::VectorXd& y) const;

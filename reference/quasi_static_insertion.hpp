@@ -11,8 +11,8 @@ namespace palpate::reference {
 
 /// Returns the indentation of the tip per force, c = w.K^-1 w [m/N], with w the contact point
 /// weights at a depth xi [m] times n, without that of the contact. The value is 0 if only fixed
-/// nodes support the tip. Throws SolverError if the tissue can move freely or the scene has no
-/// tool.
+/// nodes support the tip. Throws SolverError if the tissue can move freely, if the scene has no
+/// tool, or if tissue or contact are not linear and elastic.
 double static_compliance(const Scene& scene, const SpringNetwork& network, double depth);
 
 struct ForceDepthVertex {

@@ -231,6 +231,31 @@ TEST("tissue that follows the shaft on its way out encloses more of it") {
   CHECK_NEAR(-least, 20.0 * (depth + 1e-3), 20.0 * 0.05e-3);
 }
 
+TEST("tissue that has relaxed does not push a tool that has left it") {
+  Scene needle = layered_scene();
+  for (Material& material : needle.materials) { material.relaxation = {{0.5, 0.05}}; }
+  needle.drive = Drive{.speed = 0.02, .depth = 5e-4, .hold = 0.2, .withdraw_speed = 0.005};
+  Scene probe = needle;
+  probe.needle.reset();
+  probe.probe = Probe{.size = {0.004, 0.004}};
+  for (const Scene& scene : {needle, probe}) {
+    for (const std::string scheme : {"velocity-verlet", "implicit-euler"}) {
+      Insertion run(timed(scene, 0.4, 1e-3, scheme));
+      double largest = 0.0;
+      bool left = false;
+      run.run([&] {
+        const double force = run.tool.forces.stiffness;
+        largest = std::max(largest, force);
+        left = left || (largest > 0.0 && run.simulation.time() > 0.23 && force == 0.0);
+        if (left) { CHECK_NEAR(force, 0.0, 1e-9 * largest); }
+      });
+      CHECK(left);
+      CHECK(largest > 1e-4);
+      CHECK(run.names() == "contact withdrawn");
+    }
+  }
+}
+
 TEST("the hand's force, the tissue's and inertia balance") {
   Scene scene = timed(layered_scene(), 0.5, 1e-4);
   scene.drive = Drive{.kind = Drive::Kind::force, .force = 0.25, .rise = 0.4};
