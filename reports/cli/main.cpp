@@ -87,14 +87,20 @@ void refuse_values_of_flags(CLI::App& command) {
 }
 
 /// Throws InputError if an argument is empty, as that of an unset variable of a shell: it would
-/// count as left out.
-void refuse_empty_arguments(const CLI::App& command) {
+/// count as left out. Results of an option with a separator have an empty one where it is repeated.
+void refuse_empty_arguments(const CLI::App& command, std::span<char*> arguments) {
+  const bool any = std::ranges::any_of(arguments, [](std::string_view given) {
+    return given.empty() || (given.starts_with("--") && given.ends_with('='));
+  });
   for (const CLI::Option* option : command.get_options()) {
+    if (!any && option->get_inject_separator()) { continue; }
     if (std::ranges::find(option->results(), "") == option->results().end()) { continue; }
     throw InputError(option->get_name() + ": the value is empty; give one, or leave " +
                      option->get_name() + " out");
   }
-  for (const CLI::App* chosen : command.get_subcommands()) { refuse_empty_arguments(*chosen); }
+  for (const CLI::App* chosen : command.get_subcommands()) {
+    refuse_empty_arguments(*chosen, arguments);
+  }
 }
 
 /// Runs what the command line selects. Throws what the command throws.
@@ -110,7 +116,7 @@ int run(Program& program, int argc, char** argv) {
     }
     throw InputError(usage_error(program.app, error));
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
-  refuse_empty_arguments(program.app);
+  refuse_empty_arguments(program.app, {argv, static_cast<std::size_t>(argc)});
   try {
     (void)widest_allowed();
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }

@@ -26,7 +26,7 @@ refuses /dev/null null
 rm -f "$out/garbage" "$out/nodes.csv"
 
 # The value of an unset variable is not an option that was left out.
-for words in "run s.toml --subject" "run" "validate --expected" "verify e.zip --key" "run s.toml --script" "bench --cache"; do
+for words in "run s.toml --subject" "run" "validate --expected" "verify e.zip --key" "run s.toml --script" "bench --cache" "calibrate --condition s.toml"; do
   status=0
   # shellcheck disable=SC2086
   "$palpate" $words "" 2>"$out/stderr" || status=$?
