@@ -124,10 +124,8 @@ Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network, const Tol
     const TrackInterval& part = track_.intervals[n];
     if (!track_.give.empty()) { contact_states_ = std::max(contact_states_, part.branches.size()); }
     if (!scene.needle || part.travel == 0.0 || part.friction == 0.0) { continue; }
-    if (n > 0 || part.exponent == 0.0) {
-      throw SolverError(
-          "insertion: the reference has creeping friction of the first layer alone, with an "
-          "exponent");
+    if (part.exponent == 0.0) {
+      throw SolverError("insertion: the reference has creeping friction with an exponent alone");
     }
     creeping_.push_back(n);
   }
@@ -304,30 +302,34 @@ void Mechanics::add_creeping(const Mode& mode, const VectorXd& y, Contact& conta
   }
 }
 
-/// Shaft that enters tissue at once has rubbed on it over the way that it entered. Passes go on
-/// until the drag and the length that it leaves agree.
+/// Shaft that enters tissue at once has rubbed on it over the way that it entered. Bisection finds
+/// the length of shaft that agrees with its drag.
 void Mechanics::reach(double before, double after, VectorXd& y) const {
   for (std::size_t n = 0; n < creeping_.size(); ++n) {
     const TrackInterval& part = track_.intervals[creeping_[n]];
     double& force = y(size() - static_cast<Index>(creeping_.size() - n));
     const CreepingShaft old = creeping_shaft(creeping_[n], before, force);
-    double reached = old.reached;
-    double limit = old.limit;
-    for (int pass = 0; pass < 1000; ++pass) {
-      const double drag = limit > 0.0 ? part.travel * force / limit : 0.0;
-      const double half = 0.5 * (after + part.begin);
-      const double now = std::max(after - drag, half);
-      const double wanted = track_.creeping_shares(creeping_[n], now).sum();
-      if (wanted > limit) {
-        force += (wanted - limit) * std::clamp((now - reached) / part.travel, 0.0, 1.0);
-      } else {
-        force *= limit > 0.0 ? wanted / limit : 0.0;
-      }
-      const double change = std::abs(now - reached);
-      reached = now;
-      limit = wanted;
-      if (!(change > 1e-14)) { break; }
+    const double rest = std::max(part.begin, track_.knots.front().depth);
+    const double end = std::max(rest, std::min(part.end, track_.knots.back().depth));
+    const double start = std::clamp(old.reached, rest, end);
+    const auto force_at = [&](double reached) {
+      const double new_shaft = reached - start;
+      if (new_shaft < 0.0) { return force * (reached - rest) / (start - rest); }
+      return force + part.friction * new_shaft * std::min(new_shaft / part.travel, 1.0);
+    };
+    const auto too_deep = [&](double reached) {  // the drag takes the border of the tissue down
+      const double limit = part.friction * (reached - rest);
+      return limit > 0.0 && reached > after - part.travel * force_at(reached) / limit;
+    };
+    double low = std::clamp(0.5 * (after + rest), rest, end);
+    double high = end;
+    if (!too_deep(high)) { low = high; }
+    while (high - low > 1e-15) {
+      const double middle = 0.5 * (low + high);
+      if (!(middle > low && middle < high)) { break; }
+      (too_deep(middle) ? high : low) = middle;
     }
+    force = force_at(low);
   }
 }
 

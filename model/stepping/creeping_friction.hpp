@@ -11,7 +11,8 @@ namespace palpate {
 struct CreepingFriction {
   double travel = 0.0;    ///< delta: drag at which the force is `limit` [m], > 0
   double exponent = 0.0;  ///< nu of the speed [1]; 0: the force never exceeds the limit
-  double limit = 0.0;     ///< L: force at the sliding speed of reference_speed [N]
+  double friction = 0.0;  ///< l: force per length of shaft at the speed reference_speed [N/m]
+  double length = 0.0;    ///< x: length of shaft in the tissue [m]
   double force = 0.0;     ///< F at the end of the last step [N]
 
   static constexpr double reference_speed = 1e-3;  ///< v_1 [m/s]
@@ -24,6 +25,7 @@ struct CreepingFriction {
   /// Returns the force after h seconds [s] in which the shaft moves relative to the far tissue with
   /// a velocity [m/s]: travel (F - F_before) / L + h v_1 (F / L)^(1/nu) = h velocity.
   [[nodiscard]] Response after(double h, double velocity) const noexcept {
+    const double limit = this->limit();
     if (!(limit > 0.0)) { return {}; }
     const double wanted = travel * force / limit + h * velocity;
     const double sense = wanted < 0.0 ? -1.0 : 1.0;
@@ -47,22 +49,38 @@ struct CreepingFriction {
     }
     return {sense * limit * x, h * limit / rise};
   }
-  /// Displacement of the tissue that is dragged along [m].
-  [[nodiscard]] double drag() const noexcept { return limit > 0.0 ? travel * force / limit : 0.0; }
-  /// Energy of the tissue that is dragged along [J].
-  [[nodiscard]] double energy() const noexcept {
-    return limit > 0.0 ? 0.5 * travel / limit * force * force : 0.0;
+  /// L: force at the sliding speed of reference_speed [N].
+  [[nodiscard]] double limit() const noexcept { return friction * length; }
+  /// z: displacement of the tissue that is dragged along [m].
+  [[nodiscard]] double drag() const noexcept {
+    return limit() > 0.0 ? travel * force / limit() : 0.0;
   }
-  /// Changes the limit after the shaft has gone `deeper` [m], less than zero on its way back. Shaft
-  /// that is new to the tissue has rubbed on it since it entered; shaft that leaves takes its share
-  /// along.
-  void reach(double new_limit, double deeper) noexcept {
-    if (new_limit > limit) {
-      force += (new_limit - limit) * std::clamp(deeper / travel, 0.0, 1.0);
-    } else {
-      force *= limit > 0.0 ? new_limit / limit : 0.0;
+  /// Energy of the tissue that is dragged along [J].
+  [[nodiscard]] double energy() const noexcept { return 0.5 * drag() * force; }
+  /// Adapts length and force to a tip that is `entered` [m] below the rest position of the tissue's
+  /// upper border, less than zero above it. The tissue is at most `thickness` [m] long. The border
+  /// follows the drag, x = entered - z, but at least half of the way belongs to the tissue. Shaft
+  /// that leaves takes its share of the force along. Shaft that enters by dx adds the friction that
+  /// it has built up over dx.
+  void reach(double entered, double thickness) noexcept {
+    const double least = std::clamp(0.5 * entered, 0.0, thickness);
+    const double unchanged = std::clamp(entered - drag(), least, thickness);
+    if (unchanged <= length) {
+      force = length > 0.0 ? force * (unchanged / length) : 0.0;
+      length = unchanged;
+      return;
     }
-    limit = new_limit;
+    // x (entered - x) = travel F / l, where F is the force after the entry: two quadratic
+    // equations, for entries up to the travel and beyond it. Each has one root above `length`.
+    const double pull = friction > 0.0 ? travel * force / friction : 0.0;
+    const auto larger_root = [](double sum, double product) {
+      return 0.5 * (sum + std::sqrt(std::max(sum * sum - 4.0 * product, 0.0)));
+    };
+    double x = larger_root(0.5 * entered + length, 0.5 * (length * length + pull));
+    if (x > length + travel) { x = larger_root(entered - travel, pull - length * travel); }
+    x = std::clamp(x, std::max(least, length), thickness);
+    force += friction * (x - length) * std::min((x - length) / travel, 1.0);
+    length = x;
   }
 };
 

@@ -186,7 +186,9 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
       const PathInterval& interval = path_.intervals()[n];
       if (!(interval.friction > 0.0 && interval.friction_travel > 0.0)) { continue; }
       drags_.push_back({.interval = n,
-                        .law = {interval.friction_travel, interval.friction_exponent},
+                        .law = {.travel = interval.friction_travel,
+                                .exponent = interval.friction_exponent,
+                                .friction = interval.friction},
                         .share = std::vector<double>(knots_.size(), 0.0)});
     }
     if (!compliance_.value.empty()) {
@@ -239,11 +241,10 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     if (sliding_ && centre_ != from.centre_) { press_at(from.centre_); }
     static_cast<ToolMemory&>(*this) = from;
     for (std::size_t n = 0; n < drags_.size(); ++n) {
-      drags_[n].law.limit = from.drags_[n].law.limit;
+      drags_[n].law.length = from.drags_[n].law.length;
       drags_[n].law.force = from.drags_[n].law.force;
       drags_[n].force = from.drags_[n].force;
       drags_[n].slope = from.drags_[n].slope;
-      drags_[n].reached = from.drags_[n].reached;
       std::ranges::copy(from.drags_[n].share, drags_[n].share.begin());
     }
     // Without compliance before, the contact has no past.
@@ -534,7 +535,6 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     CreepingFriction law{};
     double force = 0.0;           ///< of the last apply() [N]
     double slope = 0.0;           ///< of this force over the shaft's velocity [N s/m]
-    double reached = 0.0;         ///< depth of the tip in the tissue where it is dragged to [m]
     std::vector<double> share{};  ///< of the contact points
   };
 
@@ -590,7 +590,7 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     if (drags_.empty()) { return; }
     if (is_coordinate()) { velocity_ = static_cast<double>(state.velocity(tool_)); }
     for (ShaftDrag& one : drags_) {
-      if (!(one.law.limit > 0.0)) { continue; }
+      if (!(one.law.limit() > 0.0)) { continue; }
       const double before = one.law.energy();
       if (!predict_) { one.force = one.law.after(step_length_, dragging_velocity(one)).force; }
       one.law.force = one.force;
@@ -603,20 +603,16 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     const bool dragged = !drags_.empty() && drags_.front().interval == 0;
     return dragged ? std::min(drags_.front().law.drag(), 0.0) : 0.0;
   }
-  /// Adapts creeping friction to the depth of the tip. Tissue that the shaft drags along carries
-  /// its borders with it, so that the length of shaft in it changes by the slip alone. At least
-  /// half of the depth counts: the smallest value that a shaft without slip leaves.
+  /// Adapts creeping friction to the depth of the tip.
   void reach_drag() noexcept {
     for (ShaftDrag& one : drags_) {
       const double before = one.law.energy();
-      // Shaft that enters at a puncture drags its tissue at once: a second pass takes this drag.
-      for (int pass = 0; pass < 2; ++pass) {
-        const double reached = std::max(depth_ - one.law.drag(), 0.5 * depth_);
-        const double limit = in_tissue() ? path_.friction(one.interval, reached, one.share) : 0.0;
-        for (double& share : one.share) { share = limit > 0.0 ? share / limit : 0.0; }
-        one.law.reach(limit, reached - one.reached);
-        one.reached = reached;
-      }
+      const PathInterval& tissue = path_.intervals()[one.interval];
+      const double begin = std::max(tissue.begin, knots_.front().depth);
+      const double end = std::max(std::min(tissue.end, knots_.back().depth), begin);
+      one.law.reach(depth_ - begin, in_tissue() ? end - begin : 0.0);
+      const double limit = path_.friction(one.interval, begin + one.law.length, one.share);
+      for (double& share : one.share) { share = limit > 0.0 ? share / limit : 0.0; }
       losses_.friction -= one.law.energy() - before;
     }
   }

@@ -624,10 +624,11 @@ TEST("a toe, relaxation and creeping friction: the model converges to the refere
   Scene creeping = plain;
   for (Material& material : toe.materials) { material.indentation_toe = 1e-3; }
   for (Material& material : relaxing.materials) { material.relaxation = {{0.3, 0.02}, {0.2, 0.3}}; }
-  creeping.materials[0].friction *= 3.0;
-  creeping.materials[0].friction_travel = 2e-3;
-  creeping.materials[0].friction_exponent = 0.3;
-  creeping.drive->hold = 10.0;  // docs/notebook/measured-insertions.md: the way out has an error
+  for (Material& material : creeping.materials) {
+    material.friction *= 3.0;
+    material.friction_travel = 2e-3;
+    material.friction_exponent = 0.3;
+  }
   for (const Scene& scene : {plain, toe, relaxing, creeping}) {
     const Trace truth =
         check::sanitized ? sample::solve(scene, 0.3, 150) : sample::solve(scene, 2.2, 1100);
@@ -638,12 +639,9 @@ TEST("a toe, relaxation and creeping friction: the model converges to the refere
   }
 }
 
-TEST("creeping friction has a reference in the first layer, with an exponent") {
+TEST("creeping friction has a reference with an exponent alone") {
   Scene scene = sample::block_scene(5, sample::two_layers, {});
   scene.materials[1].friction_travel = 2e-3;
-  scene.materials[1].friction_exponent = 0.3;
-  CHECK_THROWS((void)sample::solve(scene, 0.1, 1), "first layer");
-  std::swap(scene.materials[1].friction_travel, scene.materials[0].friction_travel);
   CHECK_THROWS((void)sample::solve(scene, 0.1, 1), "exponent");
 }
 
