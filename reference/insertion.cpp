@@ -238,8 +238,13 @@ class Transitions {
   void settle(double time, std::set<Root> fired, VectorXd& y) {
     constexpr int most_changes = 50;
     if (time > 0.0 && !fired.empty()) { note_slip(y); }
+    remove_drift(y);
+    const Mechanics::Dragged before = mechanics_.dragged(mode_, y);
     for (int n = 0; n < most_changes; ++n) {
       change(time, fired, y);
+      mechanics_.reach(before, mode_, y);  // modes that are only tried rub on nothing
+      remove_drift(y);
+      remove_slip(y);
       fired.clear();
       for (const RootValue& root : roots_of(time, mode_, y, mechanics_, strength())) {
         if (root.value < 0.0) { fired.insert(root.root); }
@@ -268,19 +273,10 @@ class Transitions {
 
   void change(double time, const std::set<Root>& fired, VectorXd& y) {
     remove_drift(y);
-    const double before = mechanics_.kinematics(mode_, y).depth;
     move_tool(time, fired, y);
     move_along(time, fired, y);
     arrive(time, fired, y);
     decide(time, fired, y);
-    const double after = mechanics_.kinematics(mode_, y).depth;
-    if (mode_.tip == Tip::outside) {
-      mechanics_.forget_shaft(y);
-    } else if (std::abs(after - before) > 1e3 * band) {
-      mechanics_.reach(before, after, y);
-    }
-    remove_drift(y);
-    remove_slip(y);
   }
 
   void move_tool(double time, const std::set<Root>& fired, VectorXd& y) {

@@ -44,8 +44,7 @@ struct InsertionOptions {
 /// `times` [s] ascend from 0. At an event or a jump, an instant holds the
 /// state just before it; at 0, the state just after. For soft tissue only (functional iteration).
 /// Throws SolverError if CVODE fails, if the tool begins inside the tissue, if modes do not settle,
-/// at more than event_limit events, if a layer has creeping friction without an exponent, or if
-/// Account::energy is asked for without a balance of energy.
+/// at more than event_limit events, or if Account::energy is asked for without a balance of energy.
 Trace solve_insertion(const Scene& scene, const SpringNetwork& network,
                       const std::vector<double>& times, const Tolerance& tolerance,
                       const InsertionOptions& options = {}, InsertionChecks* checks = nullptr);

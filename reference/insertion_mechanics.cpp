@@ -10,6 +10,19 @@ namespace palpate::reference {
 
 namespace {
 
+/// Returns the velocity at which a shaft slides under a load F / L. Without an exponent all of its
+/// velocity is slip from the load 1 on; the solver needs a slope, which it has in a narrow band
+/// below.
+double slip_of(double load, double velocity, double exponent) {
+  constexpr double sliding_speed = 1e-3;  // v_1 [m/s]
+  constexpr double band = 1e-3;
+  if (exponent > 0.0) {
+    return std::copysign(sliding_speed * std::pow(std::abs(load), 1.0 / exponent), load);
+  }
+  if (velocity * load <= 0.0) { return 0.0; }
+  return velocity * std::clamp(1.0 + (std::abs(load) - 1.0) / band, 0.0, 1.0);
+}
+
 using Pieces = std::vector<HandPiece>;
 
 /// Adds a segment; it replaces a segment with the same start.
@@ -124,9 +137,6 @@ Mechanics::Mechanics(const Scene& scene, const SpringNetwork& network, const Tol
     const TrackInterval& part = track_.intervals[n];
     if (!track_.give.empty()) { contact_states_ = std::max(contact_states_, part.branches.size()); }
     if (!scene.needle || part.travel == 0.0 || part.friction == 0.0) { continue; }
-    if (part.exponent == 0.0) {
-      throw SolverError("insertion: the reference has creeping friction with an exponent alone");
-    }
     creeping_.push_back(n);
   }
   constexpr double of_tools = 0.1;  // force of tip and shaft [N]
@@ -270,13 +280,14 @@ double Mechanics::pulled_surface(const Mode& mode, const VectorXd& y) const {
   return std::min(creeping_shaft(0, depth_of(mode, y), force).drag, 0.0);
 }
 
-void Mechanics::forget_shaft(VectorXd& y) const {
-  y.tail(static_cast<Index>(creeping_.size())).setZero();
+Mechanics::Dragged Mechanics::dragged(const Mode& mode, const VectorXd& y) const {
+  return {kinematics(mode, y).depth, y.tail(static_cast<Index>(creeping_.size()))};
 }
 
 void Mechanics::add_creeping(const Mode& mode, const VectorXd& y, Contact& contact) {
-  constexpr double sliding_speed = 1e-3;  // v_1 [m/s]
-  const bool moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
+  // In the track of relaxed tissue the tip can be ahead of the tissue that it has cut.
+  const bool moves =
+      mode.tip == Tip::cutting || (mode.tip == Tip::in_track && contact.depth < mode.cut);
   const double deepening = moves ? contact.slip / pace_at(mode, contact.depth, y) : 0.0;
   for (std::size_t n = 0; n < creeping_.size(); ++n) {
     const Index at = size() - static_cast<Index>(creeping_.size() - n);
@@ -294,7 +305,7 @@ void Mechanics::add_creeping(const Mode& mode, const VectorXd& y, Contact& conta
       push_knot(k, share * force * track_.direction, dy_, dof());
     }
     const double load = force / shaft.limit;
-    dragging -= std::copysign(sliding_speed * std::pow(std::abs(load), 1.0 / part.exponent), load);
+    dragging -= slip_of(load, dragging, part.exponent);
     const double reaching = shaft.at_least ? 0.5 * deepening : deepening - dragging;
     dy_(at) =
         shaft.limit / part.travel * dragging + load * shaft.lengthens * std::min(reaching, 0.0);
@@ -304,11 +315,20 @@ void Mechanics::add_creeping(const Mode& mode, const VectorXd& y, Contact& conta
 
 /// Shaft that enters tissue at once has rubbed on it over the way that it entered. Bisection finds
 /// the length of shaft that agrees with its drag.
-void Mechanics::reach(double before, double after, VectorXd& y) const {
+void Mechanics::reach(const Dragged& before, const Mode& mode, VectorXd& y) const {
+  constexpr double no_way = 1e-9;  // [m]
+  const auto count = static_cast<Index>(creeping_.size());
+  if (mode.tip == Tip::outside) {
+    y.tail(count).setZero();
+    return;
+  }
+  y.tail(count) = before.force;
+  const double after = kinematics(mode, y).depth;
+  if (std::abs(after - before.depth) <= no_way) { return; }
   for (std::size_t n = 0; n < creeping_.size(); ++n) {
     const TrackInterval& part = track_.intervals[creeping_[n]];
     double& force = y(size() - static_cast<Index>(creeping_.size() - n));
-    const CreepingShaft old = creeping_shaft(creeping_[n], before, force);
+    const CreepingShaft old = creeping_shaft(creeping_[n], before.depth, force);
     const double rest = std::max(part.begin, track_.knots.front().depth);
     const double end = std::max(rest, std::min(part.end, track_.knots.back().depth));
     const double start = std::clamp(old.reached, rest, end);
@@ -457,7 +477,9 @@ void Mechanics::free_acceleration(double time, const Mode& mode, const VectorXd&
 /// Returns the factor of (h_k - l_k / L) in the rate of l_k / L due to motion of the tip in the
 /// tissue [1/s].
 double Mechanics::share_rate(const Mode& mode, const Contact& contact, const VectorXd& y) const {
-  const bool moves = mode.tip == Tip::cutting || mode.tip == Tip::in_track;
+  // In the track of relaxed tissue the tip can be ahead of the tissue that it has cut.
+  const bool moves =
+      mode.tip == Tip::cutting || (mode.tip == Tip::in_track && contact.depth < mode.cut);
   const TrackInterval& part = track_.intervals[mode.interval];
   if (!moves || contact.capacity == 0.0 || part.travel > 0.0) { return 0.0; }
   const double deepening = contact.slip / pace_at(mode, contact.depth, y);

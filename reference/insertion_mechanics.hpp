@@ -138,10 +138,14 @@ class Mechanics {
   void forget_contact(Eigen::VectorXd& y) const;
   /// Returns by how much the shaft pulls the surface out along the needle [m], <= 0.
   [[nodiscard]] double pulled_surface(const Mode& mode, const Eigen::VectorXd& y) const;
-  /// Adapts creeping friction to a depth that has changed at once; `before` [m].
-  void reach(double before, double after, Eigen::VectorXd& y) const;
-  /// Ends creeping friction.
-  void forget_shaft(Eigen::VectorXd& y) const;
+  /// Creeping friction at an instant.
+  struct Dragged {
+    double depth = 0.0;       ///< of the tip [m]
+    Eigen::VectorXd force{};  ///< of each tissue [N]
+  };
+  [[nodiscard]] Dragged dragged(const Mode& mode, const Eigen::VectorXd& y) const;
+  /// Adapts creeping friction to the depth of a mode, which has changed at once since `before`.
+  void reach(const Dragged& before, const Mode& mode, Eigen::VectorXd& y) const;
   /// Returns the slope of d + U(d) + gap(d, F_c) where the tip is in the track or cuts [1].
   [[nodiscard]] double pace(const Mode& mode, const Eigen::VectorXd& y) const;
   /// Computes depth, slips and weights without forces, but T if the position gives it.

@@ -64,31 +64,44 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
                                if (material.name == "skin") { material.youngs_modulus *= 0.8; }
                              }
                            }};
-  check_red("", {{wide, {"needle/continuum-stiffness"}},
-                 {soft_skin, {"needle/skin-dent"}},
-                 {wide_disc, {"probe/layer", "probe/half-space"}},
-                 {uneven, {"probe/slide"}},
-                 {late_probe, {"probe/slide"}},
-                 {hollow, {"probe/over-bone", "probe/layer"}},
-                 {stiffer(),
-                  {"needle/chain", "needle/order", "needle/rest", "needle/momentum",
-                   "probe/palpation-map", "tissue/cube", "tissue/image"}},
-                 {reversed_damping(), {"needle/order", "needle/momentum", "needle/energy"}},
-                 {missing_spring(), {"needle/chain"}},
-                 {harder_to_cut(),
-                  {"needle/chain", "needle/layers", "needle/loss-of-resistance", "needle/parts"}},
-                 {in_materials("friction +5 %", &Material::friction, 1.05),
-                  {"needle/friction/loop", "needle/reference/continuous-20-mm-s"}},
-                 {thick, {"needle/chain", "needle/reference/continuous-20-mm-s", "needle/angles"}},
-                 {double_steps(),
-                  {"needle/order", "needle/momentum", "needle/reference/continuous-20-mm-s"}},
-                 {slow, {"needle/loss-of-resistance"}},
-                 {nan_force,
-                  {"needle/chain", "needle/momentum", "needle/parts", "needle/rest",
-                   "needle/reference/continuous-20-mm-s", "needle/stress", "needle/bone"}},
-                 {late, {"needle/momentum", "needle/order"}},
-                 {no_event, {"needle/layers", "needle/loss-of-resistance"}},
-                 {late_events, {"needle/reference/continuous-20-mm-s"}}});
+  const Mutation relaxed{.name = "time constants of relaxation +1 %",
+                         .model = [](Scene& scene, SpringNetwork&) {
+                           for (Material& material : scene.materials) {
+                             for (RelaxationBranch& branch : material.relaxation) {
+                               branch.time *= 1.01;
+                             }
+                           }
+                         }};
+  check_red(
+      "",
+      {{wide, {"needle/continuum-stiffness"}},
+       {soft_skin, {"needle/skin-dent"}},
+       {wide_disc, {"probe/layer", "probe/half-space"}},
+       {uneven, {"probe/slide"}},
+       {late_probe, {"probe/slide"}},
+       {hollow, {"probe/over-bone", "probe/layer"}},
+       {stiffer(),
+        {"needle/chain", "needle/order", "needle/rest", "needle/momentum", "probe/palpation-map",
+         "tissue/cube", "tissue/image"}},
+       {reversed_damping(), {"needle/order", "needle/momentum", "needle/energy"}},
+       {missing_spring(), {"needle/chain"}},
+       {harder_to_cut(),
+        {"needle/chain", "needle/layers", "needle/loss-of-resistance", "needle/parts"}},
+       {in_materials("travel of friction +1 %", &Material::friction_travel, 1.01),
+        {"needle/reference/material"}},
+       {in_materials("toe +1 %", &Material::indentation_toe, 1.01), {"needle/reference/material"}},
+       {relaxed, {"needle/reference/material"}},
+       {in_materials("friction +5 %", &Material::friction, 1.05),
+        {"needle/friction/loop", "needle/reference/continuous-20-mm-s"}},
+       {thick, {"needle/chain", "needle/reference/continuous-20-mm-s", "needle/angles"}},
+       {double_steps(), {"needle/order", "needle/momentum", "needle/reference/continuous-20-mm-s"}},
+       {slow, {"needle/loss-of-resistance"}},
+       {nan_force,
+        {"needle/chain", "needle/momentum", "needle/parts", "needle/rest",
+         "needle/reference/continuous-20-mm-s", "needle/stress", "needle/bone"}},
+       {late, {"needle/momentum", "needle/order"}},
+       {no_event, {"needle/layers", "needle/loss-of-resistance"}},
+       {late_events, {"needle/reference/continuous-20-mm-s"}}});
 }
 
 TEST("every fault planted in a haptic loop fails the cases of haptics that measure it") {
