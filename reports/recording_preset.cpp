@@ -246,11 +246,26 @@ void apply(const RecordingPreset& preset, const std::filesystem::path& file,
   if (!preset.name.empty()) { add_note(recording, "preset " + preset.name); }
   for (double& force : recording.force) { force *= preset.force_factor; }
   double deviation = 0.0;
-  const std::size_t count = std::min(preset.tare_samples, recording.force.size());
-  const auto rest = comparison::finite_only(std::span<const double>(recording.force).first(count));
+  const std::size_t count = preset.tare_samples;
+  if (count > 0 && !recording.force.empty() && count >= recording.force.size()) {
+    throw InputError(
+        formatted("%s: %zu samples of the force; tare_samples of the preset is %zu, "
+                  "and must leave samples of the insertion",
+                  io::printable(file.string()).c_str(), recording.force.size(), count));
+  }
+  const auto rest = comparison::finite_only(
+      std::span<const double>(recording.force).first(recording.force.empty() ? 0 : count));
   if (!rest.empty()) {
     const double tare = comparison::mean_of(rest);
     deviation = rest.size() > 1 ? comparison::deviation_of(rest) : 0.0;
+    const std::vector<double> smooth = running_mean(rest, preset.mean_samples);
+    const auto [least, most] = std::ranges::minmax(smooth);
+    if (preset.contact && most - least > preset.contact->threshold(0.0)) {
+      read.warnings.push_back(
+          formatted("the force changes by %.3g N within the %zu samples whose mean is taken away "
+                    "(tare_samples): the tissue may have been touched",
+                    most - least, rest.size()));
+    }
     for (double& force : recording.force) { force -= tare; }
     add_note(recording,
              formatted("force less %.4g N, the mean of the first %zu samples (SD %.3g N)", tare,

@@ -215,6 +215,8 @@ class NeedlePath {
   void of_probe(const Scene& scene, const SpringNetwork& network);
   void add_knot(double depth, const std::vector<Support>& supports);
   void network_knots(const SpringNetwork& network);
+  /// Throws std::invalid_argument if all nodes that the tool moves are fixed.
+  void require_free_node(const SpringNetwork& network, const char* where) const;
   void cut_into_pieces();
 
   Eigen::Vector3d origin_{0.0, 0.0, 0.0};

@@ -286,6 +286,21 @@ void warn_of_units(const Scene& scene, StepPlan& plan) {
   warn("drive.depth", scene.drive->depth.value_or(0.0), 0.3, "m");
 }
 
+/// Warns if a step takes the tool past more than a tenth of a layer.
+void warn_of_stride(const Scene& scene, StepPlan& plan) {
+  constexpr double share = 0.1;
+  if (!scene.drive || scene.drive->kind != Drive::Kind::trajectory) { return; }
+  if (scene.tissue.source != Source::layers || scene.tissue.layers.empty()) { return; }
+  const Layer& layer = *std::ranges::min_element(scene.tissue.layers, {}, &Layer::thickness);
+  const double stride = plan.h * std::max(scene.drive->speed, scene.drive->withdraw_speed);
+  if (!(stride > share * layer.thickness)) { return; }
+  plan.warnings.push_back("the tool moves by " + number(1e3 * stride) + " mm in a step, and " +
+                          layer.tissue + " is " + number(1e3 * layer.thickness) +
+                          " mm thick: forces at its borders are missed; simulation.substeps = " +
+                          number(std::ceil(plan.substeps * stride / (share * layer.thickness))) +
+                          " resolves them");
+}
+
 /// Warns if the force at which the tip cuts the first cells presses them by more than half their
 /// height. Deeper tissue has another stiffness than the one that `plan.tip.grid` is computed from.
 void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
@@ -353,20 +368,42 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   plan.bounds.omega_upper = std::hypot(plan.bounds.omega_upper, std::sqrt(mobility * stiffness));
 }
 
-/// Computes the damping that the scheme adds to the tissue's first mode, and warns if it exceeds
-/// the material's.
-void see_added_damping(const NetworkProblem& problem, StepPlan& plan) {
+/// Warns of steps that are long against the period of an oscillator.
+void see_period(const Oscillator& o, StepPlan& plan) {
+  constexpr double enough = 10.0;  // steps a period; a central difference is then 1.7 % too slow
+  const double omega = std::sqrt(o.stiffness / o.mass);
+  const double period = 2.0 * std::numbers::pi / omega;
+  const bool swings = o.viscosity < 2.0 * o.mass * omega;
+  if (!swings || period >= enough * plan.h) { return; }
+  const double substeps = std::ceil(plan.substeps * enough * plan.h / period);
+  plan.warnings.push_back(
+      "the oscillator's period of " + number(period) + " s has " + number(period / plan.h) +
+      " steps: the motion is not resolved; simulation.substeps = " +
+      std::to_string(std::lround(std::min(substeps, 1e6))) + " gives it " + number(enough));
+}
+
+/// Returns the one mode of an oscillator; none without a spring.
+std::optional<FirstMode> mode_of(const Oscillator& o) {
+  const double omega = std::sqrt(o.stiffness / o.mass);
+  if (!(omega > 0.0)) { return {}; }
+  return FirstMode{omega, 0.5 * o.viscosity / (o.mass * omega)};
+}
+
+/// Computes the damping that the scheme adds to the first mode, and warns if it exceeds the
+/// material's.
+void see_added_damping(const Scene& scene, const NetworkProblem* network, StepPlan& plan) {
   constexpr double negligible = 0.02;
   const IntegratorInfo& scheme = *plan.integrator;
   if (!(stepped_damping_ratio(scheme, {.omega = 1.0}, 0.1) > 0.01)) { return; }
-  plan.first_mode = first_mode(problem);
+  plan.first_mode = network != nullptr ? first_mode(*network) : mode_of(scene.tissue.oscillator);
   if (!plan.first_mode) { return; }
   const double own = plan.first_mode->damping_ratio;
   plan.stepped_damping_ratio = stepped_damping_ratio(scheme, *plan.first_mode, plan.h);
   const std::string mode =
-      "the tissue's first mode (" + number(0.5 * plan.first_mode->omega / std::numbers::pi) +
-      " Hz) has a damping ratio of " + number(plan.stepped_damping_ratio) + " with steps of " +
-      number(plan.h) + " s, where its material gives " + number(own);
+      std::string(network != nullptr ? "the tissue's first mode (" : "the oscillator (") +
+      number(0.5 * plan.first_mode->omega / std::numbers::pi) + " Hz) has a damping ratio of " +
+      number(plan.stepped_damping_ratio) + " with steps of " + number(plan.h) +
+      " s, where its material gives " + number(own);
   plan.integrator_reason += "; " + mode;
   const double allowed = std::max(own, negligible);
   if (plan.stepped_damping_ratio - own <= allowed) { return; }
@@ -429,8 +466,10 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
         "\"euler-cromer\", \"feynman-newton\" or \"feynman-newton-printed\"");
   }
   choose_substeps(scene, plan);
-  if (network != nullptr && !scene.simulation.printed.any()) { see_added_damping(*network, plan); }
+  if (network != nullptr) { warn_of_stride(scene, plan); }
+  if (!scene.simulation.printed.any()) { see_added_damping(scene, network, plan); }
   if (network == nullptr) {
+    see_period(scene.tissue.oscillator, plan);
     plan.kernel = single ? "oscillator-float" : "oscillator-double";
     if (skip) { plan.skipped.emplace_back("network, loads and gravity: a single oscillator"); }
     return plan;

@@ -250,6 +250,14 @@ void NeedlePath::add_knot(double depth, const std::vector<Support>& supports) {
   supports_.insert(supports_.end(), supports.begin(), supports.end());
 }
 
+void NeedlePath::require_free_node(const SpringNetwork& network, const char* where) const {
+  if (std::ranges::any_of(supports_, [&](const Support& s) { return !network.is_fixed(s.node); })) {
+    return;
+  }
+  throw std::invalid_argument(std::string("no free node lies ") + where +
+                              "; more nodes are needed, or fewer fixed faces");
+}
+
 void NeedlePath::network_knots(const SpringNetwork& network) {
   const double reach = node_spacing(network);
   struct Near {
@@ -305,6 +313,7 @@ void NeedlePath::of_needle(const Scene& scene, const SpringNetwork& network) {
     network_knots(network);
   }
   if (knots_.empty()) { throw std::invalid_argument("no node lies near the needle's line"); }
+  require_free_node(network, "along the needle");
   intervals_ = intervals_along(scene, origin_, direction_, knots_.front().depth);
   cut_into_pieces();
 }
@@ -421,9 +430,7 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
     add_knot(depth, supports);
   };
   press();
-  const bool free =
-      std::ranges::any_of(supports_, [&](const Support& s) { return !network.is_fixed(s.node); });
-  if (!free) { throw std::invalid_argument("no free node lies beneath the probe"); }
+  require_free_node(network, "beneath the probe");
   const double depth = knots_.front().depth;
   beneath_ = intervals_along(scene, origin_, direction_, depth);
   if (grid) {

@@ -72,6 +72,18 @@ TEST("a recording without contact or with another name is kept, with a warning")
   CHECK_CONTAINS(read.warnings[1], "the name of the file is not like {tissue}_{speed}");
 }
 
+TEST("a tare that takes the insertion with it is refused, or warned of") {
+  const scratch::Folder folder;
+  const fs::path file = folder.file("a.csv", rig_file({}, 0.25));
+  RecordingPreset preset = preset_named("needle-insertion-app");
+  InputRecording read = read_any_recording(file, RecordingFormat::automatic, preset.read);
+  preset.tare_samples = read.recording.force.size();
+  CHECK_THROWS(apply(preset, file, read), "tare_samples of the preset is");
+  preset.tare_samples = 300;  // 3 s; the tissue is touched after 2.5 s
+  apply(preset, file, read);
+  CHECK_CONTAINS(read.warnings.front(), "within the 300 samples whose mean is taken away");
+}
+
 TEST("a preset of another rig is a JSON file with the same keys") {
   const scratch::Folder folder;
   const fs::path json = folder.file(

@@ -87,6 +87,13 @@ TEST("a line that leaves the block ends there, and a needle far from every node 
   CHECK_THROWS(path_of(far), "no node lies near");
 }
 
+TEST("a needle whose contact points are all fixed is refused") {
+  Scene scene = layered_scene(0.002);
+  scene.tissue.block.nodes = {2, 2};
+  scene.tissue.fixed = {Face::x_min, Face::x_max};
+  CHECK_THROWS(path_of(scene), "no free node lies along the needle");
+}
+
 TEST("intervals are the layers, longer for a slanting needle") {
   Scene scene = layered_scene(0.002);
   const double sixty = std::sqrt(3.0);

@@ -69,6 +69,19 @@ TEST("a modulus below that of any tissue is warned of, because it was probably g
   CHECK(plan_of(scene).warnings.size() == warnings.size() - 1);
 }
 
+TEST("a tool that moves past a tenth of a layer in a step is warned of, with enough substeps") {
+  Scene scene = layered_scene();
+  scene.simulation = {.duration = 1.0, .step = 0.1, .integrator = "implicit-euler"};
+  scene.drive = Drive{.speed = 0.005, .depth = 0.03};
+  const std::vector<std::string> warnings = plan_of(scene).warnings;
+  const auto found = std::ranges::find_if(warnings, [](const std::string& line) {
+    return line.starts_with("the tool moves by 0.5 mm in a step");
+  });
+  REQUIRE((found != warnings.end()));
+  scene.simulation.substeps = std::stoi(found->substr(found->find("substeps = ") + 11));
+  CHECK(!mentions(plan_of(scene).warnings, "the tool moves by"));
+}
+
 TEST("a speed and a depth beyond those of a hand are warned of, because they were probably in mm") {
   Scene scene = layered_scene();
   scene.drive = Drive{.speed = 0.005, .depth = 0.03};
@@ -326,6 +339,25 @@ TEST("around a stiff body the scheme of auto is nearer to the truth than implici
   CHECK(midpoint < 0.5 * euler);
 }
 #endif
+
+TEST("an oscillator says how a step damps it, and warns of few steps a period") {
+  Scene scene;
+  scene.tissue.source = Source::oscillator;
+  scene.tissue.oscillator = {.mass = 1.0, .stiffness = 4.0, .viscosity = 0.2};
+  scene.simulation = {.duration = 10.0, .step = 0.1, .integrator = "implicit-euler"};
+  const StepPlan damped = plan_of(scene);
+  REQUIRE(damped.first_mode.has_value());
+  CHECK(damped.first_mode->omega == 2.0);
+  CHECK(damped.first_mode->damping_ratio == 0.05);
+  CHECK(mentions(damped.warnings, "the oscillator (0.318"));
+  scene.simulation.integrator = "implicit-midpoint";
+  CHECK(plan_of(scene).warnings.empty());
+  scene.simulation.step = 0.5;
+  const StepPlan coarse = plan_of(scene);
+  REQUIRE(mentions(coarse.warnings, "the motion is not resolved; simulation.substeps = 2"));
+  scene.simulation.substeps = 2;
+  CHECK(plan_of(scene).warnings.empty());
+}
 
 TEST("the stable steps of an oscillator are exact") {
   Scene scene;
