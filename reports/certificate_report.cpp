@@ -455,7 +455,8 @@ std::string to_json(const CertificateReport& report) {
            list_of(all.budget.happenings, of_event), "events_absent", all.budget.absent, "nodes",
            report.nodes, "springs", report.springs, "resolved_scene", report.resolved_scene,
            "inputs", list_of(report.inputs, of_input), "subject_sha256",
-           text_or_null(report.subject_hash), "code_hash", report.code_hash, "program_sha256",
+           text_or_null(report.subject_hash), "subject_options",
+           text_or_null(report.subject_options), "code_hash", report.code_hash, "program_sha256",
            report.program_hash, "histogram_sha256", io::sha256(to_csv(report)));
   return sealed_text(std::move(json), 2);
 }
@@ -575,6 +576,66 @@ void check_column(const std::map<std::string, std::map<long, long>>& ticks,
           what + ": those after the deadline");
 }
 
+/// Throws std::runtime_error if a tail is extrapolated although a check does not hold, or without
+/// checks.
+void check_tail(const Json& tail) {
+  const auto holds = [](const Json& check) {
+    const auto limit = [&check](const char* key, double none) {
+      return check.at(key).is_null() ? none : number_from_json(check.at(key));
+    };
+    constexpr double endless = std::numeric_limits<double>::infinity();
+    const bool given = !check.at("value").is_null();
+    const double value = given ? number_from_json(check.at("value")) : 0.0;
+    return given && value >= limit("lower", -endless) && value <= limit("upper", endless);
+  };
+  const Json& checks = tail.at("checks");
+  for (const Json& check : checks) {
+    require(holds(check) == check.at("holds").get<bool>(), "a check of its tail");
+  }
+  require(!tail.at("refused").is_null() || (!checks.empty() && std::ranges::all_of(checks, holds)),
+          "its tail was not refused, and a check does not hold or there is none");
+}
+
+/// Throws std::runtime_error if the events of a certified scene are not those that it declares: the
+/// tool touches the tissue, and the scene is long enough for the way of its drive.
+void check_events(const Json& json, const std::map<std::string, std::string>& keys) {
+  const auto number = [&keys](const char* key) {
+    double value = 0.0;
+    if (const auto found = keys.find(key); found != keys.end()) {
+      std::from_chars(found->second.data(), found->second.data() + found->second.size(), value);
+    }
+    return value;
+  };
+  const double duration = number("simulation.duration");
+  constexpr double rounding = 1e-9;
+  bool touches = false;
+  for (const Json& event : json.at("events")) {
+    const double time = number_from_json(event.at("scene_s"));
+    require(
+        time >= 0.0 && time <= duration * (1.0 + rounding),
+        "an event at " + short_number(time) + " s in a scene of " + short_number(duration) + " s");
+    touches = touches || event.at("event").get<std::string>().starts_with("contact");
+  }
+  const bool tool = std::ranges::any_of(keys, [](const auto& key) {
+    return key.first.starts_with("needle.") || key.first.starts_with("probe.");
+  });
+  if (!tool) { return; }
+  require(touches, "it is certified without a contact of the tool");
+  const auto kind = keys.find("drive.kind");
+  const double speed = number("drive.speed");
+  if (kind == keys.end() || kind->second.find("trajectory") == std::string::npos ||
+      !keys.contains("drive.depth") || !(speed > 0.0)) {
+    return;
+  }
+  const double way = number("drive.depth") - number("drive.from");
+  double shortest = way / speed;
+  const double back = number("drive.withdraw_speed");
+  if (back > 0.0) { shortest += number("drive.hold") + way / back; }
+  require(duration * (1.0 + rounding) >= shortest, "its scene of " + short_number(duration) +
+                                                       " s ends before the way of the drive, " +
+                                                       short_number(shortest) + " s");
+}
+
 /// Throws std::runtime_error if a certificate's verdict does not follow from its numbers, or these
 /// from its histogram.
 void check_certificate(const Json& json, const std::string& histogram) {
@@ -627,10 +688,7 @@ void check_certificate(const Json& json, const std::string& histogram) {
   require(json.at("schema") == 1 && json.at("confidence") == 0.95 &&
               json.at("events_absent").is_array(),
           "its schema, confidence or list of absent events");
-  require(!json.at("tail").at("refused").is_null() ||
-              std::ranges::all_of(json.at("tail").at("checks"),
-                                  [](const Json& check) { return check.at("holds").get<bool>(); }),
-          "its tail was not refused, and a check does not hold");
+  check_tail(json.at("tail"));
   require(claim.max_miss_rate > 0.0 && claim.max_miss_rate < 1.0 && claim.ticks_per_step >= 1,
           "max_miss_rate, rate_hz and the step of the scene");
   require(needed == claim.ticks_needed(),
@@ -670,10 +728,13 @@ void check_certificate(const Json& json, const std::string& histogram) {
   for (const Json& input : json.at("inputs")) {
     ran += "\n" + input.at("sha256").get<std::string>();
   }
+  if (!json.at("subject_sha256").is_null()) {
+    ran += "\n" + json.at("subject_sha256").get<std::string>() +
+           json.at("subject_options").get<std::string>();
+  }
   ran += "\n" + json.at("code_hash").get<std::string>();
-  // The options of another simulator are hashed too, but not named.
-  require(!json.at("subject_sha256").is_null() || json.at("scene_hash") == io::sha256(ran),
-          "scene_hash is not that of resolved_scene, inputs and code_hash");
+  require(json.at("scene_hash") == io::sha256(ran),
+          "scene_hash is not that of resolved_scene, inputs, simulator and code_hash");
   const Json& environment = json.at("environment");
   const auto granted = [&environment](const char* key, const char* begin) {
     return environment.at(key).get<std::string>().starts_with(begin);
@@ -693,6 +754,7 @@ void check_certificate(const Json& json, const std::string& histogram) {
   require(verdict == verdict_word(status), "it says \"" + verdict + "\", and its numbers \"" +
                                                std::string(verdict_word(status)) + "\"");
   if (status != Status::pass) { return; }
+  check_events(json, keys);
   const Json& scene = worst->at("scene");
   require(
       json.at("reason") == certified_text(claim, ticks_of(scene),

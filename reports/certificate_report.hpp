@@ -29,9 +29,10 @@ struct CertificateReport {
   std::string scene_hash{};      ///< SHA-256 over the five items below
   std::string resolved_scene{};  ///< the scene that ran, with every key
   std::vector<std::pair<std::string, std::string>> inputs{};  ///< name and SHA-256 of each file
-  std::string subject_hash{};  ///< SHA-256 of the library of another simulator than the model
-  std::string code_hash{};     ///< of the object code that computes
-  std::string program_hash{};  ///< SHA-256 of the program's file; not in scene_hash
+  std::string subject_hash{};     ///< SHA-256 of the library of another simulator than the model
+  std::string subject_options{};  ///< JSON that it received
+  std::string code_hash{};        ///< of the object code that computes
+  std::string program_hash{};     ///< SHA-256 of the program's file; not in scene_hash
   long nodes = 0;
   long springs = 0;
   certificate::Certificate result{};

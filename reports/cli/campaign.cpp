@@ -949,6 +949,45 @@ JobResult job_from(const Json& json, std::size_t rows) {
   return job;
 }
 
+/// Throws std::runtime_error if the numbers of a result contradict each other.
+void check_result(const JobResult& job) {
+  if (job.nodes < 0) { throw std::runtime_error("nodes = " + std::to_string(job.nodes)); }
+  for (const auto& [key, range] : job.domain) {
+    if (!(range[0] <= range[1])) {
+      throw std::runtime_error("domain." + io::printable(key) + " ends before it begins");
+    }
+  }
+  constexpr std::string_view last = ".final";
+  constexpr double rounding = 1e-9;
+  for (const auto& [name, value] : job.quantities) {
+    if (!name.ends_with(last)) { continue; }
+    const auto peak = job.quantities.find(name.substr(0, name.size() - last.size()) + ".peak");
+    if (peak == job.quantities.end() ||
+        std::abs(value) <= std::abs(peak->second) * (1.0 + rounding)) {
+      continue;
+    }
+    throw std::runtime_error(io::printable(peak->first) + " = " + short_number(peak->second) +
+                             ", less than the last value, " + short_number(value));
+  }
+}
+
+/// Throws std::runtime_error unless the jobs of each group have all rows of the design, once.
+void check_rows(const std::vector<JobResult>& results, std::size_t rows) {
+  std::map<std::string, std::vector<std::size_t>> found;
+  for (const JobResult& job : results) {
+    std::vector<std::size_t>& all = found[job.group];
+    all.insert(all.end(), job.rows.begin(), job.rows.end());
+  }
+  for (auto& [group, all] : found) {
+    std::ranges::sort(all);
+    const bool whole = all.size() == rows && std::ranges::adjacent_find(all) == all.end();
+    if (!whole) {
+      throw std::runtime_error("the jobs of \"" + io::printable(group) +
+                               "\" have not every row of the design once");
+    }
+  }
+}
+
 /// Reads a merged file line by line. Throws InputError.
 Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
   Campaign of;
@@ -979,6 +1018,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
       }
       hash.add(line + "\n");
       results.push_back(job_from(json, rows));
+      check_result(results.back());
       if (results.back().status == "ok") { campaign::widen(domain, results.back().domain); }
     } catch (const std::exception& problem) { throw json_trouble(place, line, problem, allowed); }
   }
@@ -988,6 +1028,11 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
   }
   if (hash.text() != hash_of_results) {
     throw InputError(name + ": was changed since it was written; " + allowed);
+  }
+  try {
+    check_rows(results, rows);
+  } catch (const std::runtime_error& problem) {
+    throw InputError(name + ": " + problem.what() + "; " + allowed);
   }
   return {.title = "Campaign: " + of.title, .outcomes = campaign::outcomes_of(of, results)};
 }

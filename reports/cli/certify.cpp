@@ -320,7 +320,8 @@ void hash_what_runs(const CertifyOptions& options, const LoadedScene& loaded,
   }
   if (options.subject.foreign()) {
     report.subject_hash = hash_of_subject(options.subject.subject);
-    all += "\n" + report.subject_hash + options.subject.options_json;
+    report.subject_options = options.subject.options_json;
+    all += "\n" + report.subject_hash + report.subject_options;
   }
   report.program_hash = io::sha256_of_file("/proc/self/exe");
   report.code_hash = build::code_hash();

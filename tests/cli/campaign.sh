@@ -104,6 +104,33 @@ rows = cases["campaign/sensitivity"]["tables"][0]["rows"]
 assert any(r[0] == "x_m.final" and r[2] == "tissue.oscillator.stiffness" for r in rows), rows
 END
 
+# Results that contradict each other are refused although their seals fit.
+cat >forge.py <<'END'
+import hashlib, json, re, sys
+lines = open("one.jsonl").read().splitlines()
+jobs = [json.loads(line) for line in lines[1:]]
+exec(sys.argv[1])
+rest = [json.dumps(job) for job in jobs]
+head = json.loads(lines[0])
+head["jobs"] = len(jobs)
+head["results_sha256"] = hashlib.sha256("".join(line + "\n" for line in rest).encode()).hexdigest()
+head["seal"] = 64 * "0"
+text = json.dumps(head, separators=(",", ":")) + "\n"
+text = text.replace(64 * "0", hashlib.sha256(text.encode()).hexdigest())
+open("forged.jsonl", "w").write(text + "".join(line + "\n" for line in rest))
+END
+forged() {  # message, change of the jobs
+  python3 forge.py "$2"
+  refused 2 "$1" report forged.jsonl --out forged
+}
+python3 forge.py pass
+refused 1 "campaign/x_m.final" report forged.jsonl --out forged
+forged ":5: x_m.peak = .*, less than the last value" "jobs[3]['quantities']['x_m.peak'] = 1e-9"
+forged "nodes = -5" "jobs[3]['nodes'] = -5"
+forged "domain.depth_m ends before it begins" "jobs[3]['domain'] = {'depth_m': [5, 1]}"
+forged "have not every row of the design once" "del jobs[3]"
+forged "have not every row of the design once" "jobs[3]['rows'] = jobs[4]['rows']"
+
 # Other simulators and builds. A copy with another code hash is another build; a scene that a simulator cannot represent
 # is a failure with its cause.
 hash=$("$palpate" campaign job --code)

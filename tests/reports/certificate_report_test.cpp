@@ -19,7 +19,7 @@ CertificateReport sample(long scene_misses) {
                            .title = "A scene <with> signs",
                            .not_counted = "valgrind is not installed",
                            .command = "palpate certify scene.toml"};
-  report.resolved_scene = "[simulation]\nstep = 0.001\n";
+  report.resolved_scene = "[simulation]\nstep = 0.001\nduration = 3.0\n";
   report.scene_hash = io::sha256(report.resolved_scene + "\n" + report.code_hash);
   Certificate& all = report.result;
   all.claim = {.rate = 1000.0, .deadline = 1e-3, .duration = 2.0, .max_miss_rate = 2e-3};
@@ -204,9 +204,25 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   refused(
       [](Json& json) {
         json["tail"]["refused"] = nullptr;
-        json["tail"]["checks"] = {{{"holds", false}}};
+        json["tail"]["checks"] = {
+            {{"value", 2.0}, {"lower", nullptr}, {"upper", 1.0}, {"holds", false}}};
       },
       "its tail");
+  refused([](Json& json) { json["tail"]["refused"] = nullptr; }, "or there is none");
+  refused(
+      [](Json& json) {
+        json["tail"]["checks"] = {
+            {{"value", 2.0}, {"lower", nullptr}, {"upper", 1.0}, {"holds", true}}};
+      },
+      "a check of its tail");
+  refused([](Json& json) { json["events"][0]["scene_s"] = 3.1; }, "in a scene of 3 s");
+  refused([](Json& json) { json["events"][0]["scene_s"] = -1.0; }, "an event at −1 s");
+  refused(
+      [](Json& json) {
+        json["subject_sha256"] = std::string(64, '1');
+        json["subject_options"] = "{}";
+      },
+      "scene_hash");
   refused([](Json&) {}, "do not increase", to_csv(sample(0)) + "5,1,0,0,0\n");
   refused([](Json& json) { json["rate_hz"] = 500.0; }, "contradicts itself");
   refused([](Json& json) { json["duration_s"] = 3.0; }, "rate_hz and duration_s");
@@ -226,6 +242,26 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   refused([](Json&) {}, "no count", to_csv(sample(0)) + "999,1,x,0,0\n");
   const CertificateReport missed = sample(2);
   CHECK(verified_certificate(to_json(missed), to_csv(missed), "c.json").verdict == "not certified");
+}
+
+TEST("a certificate of a needle needs the contact, and time for the way of its drive") {
+  const auto verdict_of = [](const std::string& scene, ToolEvent first) {
+    CertificateReport report = sample(0);
+    report.resolved_scene += scene;
+    report.scene_hash = io::sha256(report.resolved_scene + "\n" + report.code_hash);
+    report.result.budget.happenings.front().happening.event = first;
+    report.result.budget.happenings.back().happening.event = ToolEvent::puncture;
+    return verified_certificate(to_json(report), to_csv(report), "c.json").verdict;
+  };
+  const std::string needle = "[needle]\ngauge = 18\n[drive]\nkind = \"trajectory\"\nspeed = 0.01\n";
+  CHECK(verdict_of(needle, ToolEvent::contact) == "certified");
+  CHECK_THROWS(verdict_of(needle, ToolEvent::puncture), "without a contact");
+  CHECK(verdict_of(needle + "from = -0.001\ndepth = 0.028\n", ToolEvent::contact) == "certified");
+  CHECK_THROWS(verdict_of(needle + "from = -0.001\ndepth = 0.03\n", ToolEvent::contact),
+               "its scene of 3 s ends before the way of the drive, 3.1 s");
+  CHECK_THROWS(
+      verdict_of(needle + "depth = 0.02\nhold = 0.5\nwithdraw_speed = 0.03\n", ToolEvent::contact),
+      "ends before the way of the drive");
 }
 
 TEST("bins without any tick are left out, and each column counts every tick") {
