@@ -249,7 +249,7 @@ void Mechanics::forget_contact(VectorXd& y) const {
       .setZero();
 }
 
-/// The interval from b is touched down to r, and L = l (r - b). z = delta F / L is dragged along
+/// The interval from b is touched down to r, and L = f (r - b). z = delta F / L is dragged along
 /// while r = xi - z, of whose two solutions z is the smaller one.
 CreepingShaft Mechanics::creeping_shaft(std::size_t interval, double depth, double force) const {
   const TrackInterval& part = track_.intervals[interval];

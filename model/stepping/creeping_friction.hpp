@@ -11,7 +11,7 @@ namespace palpate {
 struct CreepingFriction {
   double travel = 0.0;    ///< delta: drag at which the force is `limit` [m], > 0
   double exponent = 0.0;  ///< nu of the speed [1]; 0: the force never exceeds the limit
-  double friction = 0.0;  ///< l: force per length of shaft at the speed reference_speed [N/m]
+  double friction = 0.0;  ///< f: force per length of shaft at the speed reference_speed [N/m]
   double length = 0.0;    ///< x: length of shaft in the tissue [m]
   double force = 0.0;     ///< F at the end of the last step [N]
 
@@ -70,7 +70,7 @@ struct CreepingFriction {
       length = unchanged;
       return;
     }
-    // x (entered - x) = travel F / l, where F is the force after the entry: two quadratic
+    // x (entered - x) = travel F / f, where F is the force after the entry: two quadratic
     // equations, for entries up to the travel and beyond it. Each has one root above `length`.
     const double pull = friction > 0.0 ? travel * force / friction : 0.0;
     const auto larger_root = [](double sum, double product) {
