@@ -28,13 +28,11 @@ Names joined(const std::vector<Names>& lists) {
 const Names single_cases{"regimes",  "figure-6",  "figure-7",       "figure-8",
                          "figure-9", "figure-10", "who-is-closest", "sweep"};
 
-TEST("each contracted case exists") {
+TEST("each contracted case exists and every one passes as it is") {
   const Names names = joined({single_cases, of_every_scheme("order"), of_every_scheme("discrete"),
                               of_every_scheme("stability-limit")});
   CHECK(select_cases(all_cases(), Names{"oscillator"}, true).size() == names.size());
-  for (const std::string& name : names) {
-    CHECK(select_cases(all_cases(), Names{"oscillator/" + name}, true).size() == 1);
-  }
+  for (const std::string& name : names) { check_green("oscillator/" + name); }
 }
 
 TEST("every planted fault fails the cases of the oscillator") {

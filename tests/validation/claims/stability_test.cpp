@@ -6,6 +6,14 @@ namespace {
 
 using namespace palpate;
 
+#ifndef PALPATE_SANITIZED  // there the faults below execute the same code
+TEST("without a fault every case of stability passes") {
+  for (const Case& one : select_cases(all_cases(), {}, true)) {
+    if (one.name.starts_with("stability/")) { check_green(one.name); }
+  }
+}
+#endif
+
 TEST("every fault planted in a run fails the cases of stability that measure its effect") {
   const Mutation nan_energy{.name = "NaN in the energy", .trace = [](Trace& motion) {
                               if (motion.find("energy_j") == nullptr) { return; }
