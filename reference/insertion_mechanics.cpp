@@ -329,7 +329,7 @@ void Mechanics::reach(const Dragged& before, const Mode& mode, VectorXd& y) cons
     const TrackInterval& part = track_.intervals[creeping_[n]];
     double& force = y(size() - static_cast<Index>(creeping_.size() - n));
     const CreepingShaft old = creeping_shaft(creeping_[n], before.depth, force);
-    const double rest = std::max(part.begin, track_.knots.front().depth);
+    const double rest = part.begin;
     const double end = std::max(rest, std::min(part.end, track_.knots.back().depth));
     const double start = std::clamp(old.reached, rest, end);
     const auto force_at = [&](double reached) {

@@ -580,13 +580,13 @@ void check_column(const std::map<std::string, std::map<long, long>>& ticks,
 /// checks.
 void check_tail(const Json& tail) {
   const auto holds = [](const Json& check) {
-    const auto limit = [&check](const char* key, double none) {
+    const auto number = [&check](const char* key, double none) {
       return check.at(key).is_null() ? none : number_from_json(check.at(key));
     };
-    constexpr double endless = std::numeric_limits<double>::infinity();
-    const bool given = !check.at("value").is_null();
-    const double value = given ? number_from_json(check.at("value")) : 0.0;
-    return given && value >= limit("lower", -endless) && value <= limit("upper", endless);
+    return Quantity{.value = number("value", std::numeric_limits<double>::quiet_NaN()),
+                    .lower = number("lower", -unbounded),
+                    .upper = number("upper", unbounded)}
+        .holds();
   };
   const Json& checks = tail.at("checks");
   for (const Json& check : checks) {
@@ -607,13 +607,13 @@ void check_events(const Json& json, const std::map<std::string, std::string>& ke
     return value;
   };
   const double duration = number("simulation.duration");
+  const double last = duration + number("simulation.step");  // a tick may end beyond
   constexpr double rounding = 1e-9;
   bool touches = false;
   for (const Json& event : json.at("events")) {
     const double time = number_from_json(event.at("scene_s"));
-    require(
-        time >= 0.0 && time <= duration * (1.0 + rounding),
-        "an event at " + short_number(time) + " s in a scene of " + short_number(duration) + " s");
+    require(time >= 0.0 && time <= last, "an event at " + short_number(time) + " s in a scene of " +
+                                             short_number(duration) + " s");
     touches = touches || event.at("event").get<std::string>().starts_with("contact");
   }
   const bool tool = std::ranges::any_of(keys, [](const auto& key) {

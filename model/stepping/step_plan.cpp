@@ -294,11 +294,11 @@ void warn_of_stride(const Scene& scene, StepPlan& plan) {
   const Layer& layer = *std::ranges::min_element(scene.tissue.layers, {}, &Layer::thickness);
   const double stride = plan.h * std::max(scene.drive->speed, scene.drive->withdraw_speed);
   if (!(stride > share * layer.thickness)) { return; }
+  const double substeps = std::ceil(plan.substeps * stride / (share * layer.thickness));
   plan.warnings.push_back("the tool moves by " + number(1e3 * stride) + " mm in a step, and " +
                           layer.tissue + " is " + number(1e3 * layer.thickness) +
                           " mm thick: forces at its borders are missed; simulation.substeps = " +
-                          number(std::ceil(plan.substeps * stride / (share * layer.thickness))) +
-                          " resolves them");
+                          std::to_string(std::lround(std::min(substeps, 1e6))) + " resolves them");
 }
 
 /// Warns if the force at which the tip cuts the first cells presses them by more than half their
@@ -370,7 +370,7 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
 
 /// Warns of steps that are long against the period of an oscillator.
 void see_period(const Oscillator& o, StepPlan& plan) {
-  constexpr double enough = 10.0;  // steps a period; a central difference is then 1.7 % too slow
+  constexpr double enough = 10.0;  // steps a period; a central difference is then 1.7 % too fast
   const double omega = std::sqrt(o.stiffness / o.mass);
   const double period = 2.0 * std::numbers::pi / omega;
   const bool swings = o.viscosity < 2.0 * o.mass * omega;

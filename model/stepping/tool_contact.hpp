@@ -608,10 +608,9 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     for (ShaftDrag& one : drags_) {
       const double before = one.law.energy();
       const PathInterval& tissue = path_.intervals()[one.interval];
-      const double begin = std::max(tissue.begin, knots_.front().depth);
-      const double end = std::max(std::min(tissue.end, knots_.back().depth), begin);
-      one.law.reach(depth_ - begin, in_tissue() ? end - begin : 0.0);
-      const double limit = path_.friction(one.interval, begin + one.law.length, one.share);
+      const double end = std::max(std::min(tissue.end, knots_.back().depth), tissue.begin);
+      one.law.reach(depth_ - tissue.begin, in_tissue() ? end - tissue.begin : 0.0);
+      const double limit = path_.friction(one.interval, tissue.begin + one.law.length, one.share);
       for (double& share : one.share) { share = limit > 0.0 ? share / limit : 0.0; }
       losses_.friction -= one.law.energy() - before;
     }

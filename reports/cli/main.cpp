@@ -87,20 +87,14 @@ void refuse_values_of_flags(CLI::App& command) {
 }
 
 /// Throws InputError if an argument is empty, as that of an unset variable of a shell: it would
-/// count as left out. Results of an option with a separator have an empty one where it is repeated.
-void refuse_empty_arguments(const CLI::App& command, std::span<char*> arguments) {
-  const bool any = std::ranges::any_of(arguments, [](std::string_view given) {
-    return given.empty() || (given.starts_with("--") && given.ends_with('='));
-  });
+/// count as left out.
+void refuse_empty_arguments(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
-    if (!any && option->get_inject_separator()) { continue; }
     if (std::ranges::find(option->results(), "") == option->results().end()) { continue; }
     throw InputError(option->get_name() + ": the value is empty; give one, or leave " +
                      option->get_name() + " out");
   }
-  for (const CLI::App* chosen : command.get_subcommands()) {
-    refuse_empty_arguments(*chosen, arguments);
-  }
+  for (const CLI::App* chosen : command.get_subcommands()) { refuse_empty_arguments(*chosen); }
 }
 
 /// Runs what the command line selects. Throws what the command throws.
@@ -116,7 +110,11 @@ int run(Program& program, int argc, char** argv) {
     }
     throw InputError(usage_error(program.app, error));
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
-  refuse_empty_arguments(program.app, {argv, static_cast<std::size_t>(argc)});
+  // An option that is given twice can have an empty result without an empty argument.
+  const bool empty = std::ranges::any_of(std::span(argv, argv + argc), [](std::string_view given) {
+    return given.empty() || (given.starts_with('-') && given.ends_with('='));
+  });
+  if (empty) { refuse_empty_arguments(program.app); }
   try {
     (void)widest_allowed();
   } catch (const std::invalid_argument& error) { throw InputError(error.what()); }
