@@ -156,7 +156,7 @@ const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& prob
   if (problem.dof() == 3 * network.node_count()) {
     return "nothing is fixed that what lies further away could rest on";
   }
-  if (!network.laws.empty()) { return "its springs stiffen or relax"; }
+  if (relaxes(network)) { return "its springs relax"; }
   if (!scene.tissue.gravity.isZero()) { return "gravity pulls at what lies further away"; }
   if (network.initial_displacement.size() > 0 || network.initial_velocity.size() > 0) {
     return "the tissue does not begin at rest";

@@ -555,7 +555,9 @@ NodeVectors ReductionError::excess(const NodeVectors& position) const {
     const Vector3d rest = network_.rest_position.col(s.b) - network_.rest_position.col(s.a);
     const Vector3d now = position.col(s.b) - position.col(s.a);
     const Vector3d u = rest.normalized();
-    const double tension = SpringTension<elastic>::of(numbers_of<double>(s), now.norm(), 0.0);
+    const double tension = s.law > 0
+                               ? elastic_pull(network_.law_of(s), s, now.norm()).tension
+                               : SpringTension<elastic>::of(numbers_of<double>(s), now.norm(), 0.0);
     const Vector3d pull = tension * now.normalized() - s.stiffness * u.dot(now - rest) * u;
     excess.col(s.a) += pull;
     excess.col(s.b) -= pull;

@@ -24,7 +24,8 @@ using Eigen::VectorXd;
 constexpr std::array poissons_ratios{0.25, 0.45};
 
 /// Needle on skin, fat and ligament with published moduli, 5 mm apart.
-Scene scene_of(int across, double near_radius, double poissons_ratio = 0.25) {
+Scene scene_of(int across, double near_radius, double poissons_ratio = 0.25,
+               double stiffening_rate = 0.0) {
   Scene scene;
   scene.simulation = {.duration = 0.3,
                       .step = 1e-3,
@@ -46,6 +47,7 @@ Scene scene_of(int across, double near_radius, double poissons_ratio = 0.25) {
       material.damping_ratio = 0.0;
       material.retardation_time = 1e-3;
     }
+    if (stiffening_rate > 0.0) { material.stiffening = Stiffening{.rate = stiffening_rate}; }
     return material;
   };
   scene.materials = {tissue("skin", 1.5e6, 3.68), tissue("fat", 9.1e3, 0.43),
@@ -323,6 +325,40 @@ TEST("a needle in a reduced block feels what it feels in the whole one") {
     CHECK((cut_off - whole).lpNorm<Eigen::Infinity>() >
           5.0 * (reduced - whole).lpNorm<Eigen::Infinity>());
   }
+}
+
+TEST("tissue that stiffens has a far field, and its error is estimated") {
+  // A force presses on the skin until the tissue rests.
+  const auto pressed = [](double near_radius, double force) {
+    Scene scene = scene_of(11, near_radius, 0.45, 30.0);
+    scene.needle.reset();
+    scene.drive.reset();
+    scene.loads = {{.nodes = {11 * 5 + 5}, .force = {0.0, 0.0, force}}};
+    scene.simulation.duration = 1.0;
+    return scene;
+  };
+  Simulation whole(pressed(0.0, 2.0));
+  Simulation more(pressed(0.0, 2.2));
+  Simulation gentle(pressed(0.0, 0.02));
+  Simulation reduced(pressed(0.006, 2.0));
+  REQUIRE(reduced.plan().far != nullptr);
+  for (Simulation* each : {&whole, &more, &gentle, &reduced}) {
+    while (each->ticks() < each->tick_count()) { CHECK(each->tick() == StepStatus::ok); }
+  }
+  const auto& problem = dynamic_cast<const NetworkProblem&>(reduced.problem());
+  const auto moved = [&](const Simulation& of) {
+    return (of.node_positions() - problem.network().rest_position).col(11 * 5 + 5).z();
+  };
+  CHECK(moved(whole) < 0.7 * 100.0 * moved(gentle));
+  const double stiffness = 0.2 / (moved(more) - moved(whole));
+  const double off = stiffness * (moved(reduced) - moved(whole));
+  CHECK(off > 0.1 * 2.0);
+  const ReductionError estimate(problem, *reduced.plan().far, Vector3d::Zero());
+  CHECK_NEAR(estimate.nonlinear_there(reduced.node_positions()), off, 0.2 * off);
+  // With more of the tissue near, the rest is small.
+  Simulation wider(pressed(0.0155, 2.0));
+  while (wider.ticks() < wider.tick_count()) { CHECK(wider.tick() == StepStatus::ok); }
+  CHECK_NEAR(moved(wider), moved(whole), 0.02 * moved(whole));
 }
 
 TEST("tissue that is no regular lattice has a far field, which is exact for its load cases") {
