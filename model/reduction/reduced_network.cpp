@@ -604,19 +604,20 @@ std::vector<const ReductionError::Response*> ReductionError::around(
   return counts;
 }
 
-double ReductionError::nonlinear(const NodeVectors& position, std::optional<double> tip) const {
+double ReductionError::nonlinear(const NodeVectors& position, std::optional<double> tip,
+                                 double contact) const {
   const NodeVectors pull = excess(position);
   double largest = 0.0;
   for (const Response* response : around(tip, position)) {
-    largest = std::max(largest,
-                       std::abs(pull.cwiseProduct(response->moved).sum()) / response->compliance);
+    largest = std::max(largest, std::abs(pull.cwiseProduct(response->moved).sum()) /
+                                    (response->compliance + contact));
   }
   return largest;
 }
 
-double ReductionError::nonlinear_there(const NodeVectors& position,
-                                       std::optional<double> tip) const {
-  const double about_rest = nonlinear(position, tip);
+double ReductionError::nonlinear_there(const NodeVectors& position, std::optional<double> tip,
+                                       double contact) const {
+  const double about_rest = nonlinear(position, tip, contact);
   if (problem_.free_nodes().size() > most_factorised_nodes) { return about_rest; }
   const VectorXd still = VectorXd::Zero(problem_.dof());
   const auto coordinates_of = [&](const NodeVectors& nodes) {
@@ -639,7 +640,7 @@ double ReductionError::nonlinear_there(const NodeVectors& position,
       force.segment<3>(problem_.coordinate(s.node)) += s.weight * response->load.direction;
     }
     const VectorXd moved = statics.respond(force);
-    largest = std::max(largest, std::abs(pull.dot(moved)) / force.dot(moved));
+    largest = std::max(largest, std::abs(pull.dot(moved)) / (force.dot(moved) + contact));
   }
   return largest;
 }

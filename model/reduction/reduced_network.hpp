@@ -33,13 +33,15 @@ class ReductionError {
   /// Largest force [N] of the linear springs and cells in excess of the exact ones, felt where a
   /// load case is held at its displacement; `position` has all nodes [m]. First order about rest.
   /// With `tip`, the place of a needle's tip along `direction` [m], only the contact points around
-  /// it count.
+  /// it count. `contact` is the compliance between tool and contact points [m/N].
   [[nodiscard]] double nonlinear(const NodeVectors& position,
-                                 std::optional<double> tip = std::nullopt) const;
+                                 std::optional<double> tip = std::nullopt,
+                                 double contact = 0.0) const;
   /// The same to first order about `position`: it factorises the stiffness there. Returns
   /// nonlinear() if the tissue has more than 5000 free nodes or is not stable there.
   [[nodiscard]] double nonlinear_there(const NodeVectors& position,
-                                       std::optional<double> tip = std::nullopt) const;
+                                       std::optional<double> tip = std::nullopt,
+                                       double contact = 0.0) const;
 
  private:
   struct Response {

@@ -312,7 +312,8 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
   struct Moment {
     const NodeVectors* position = nullptr;
     std::optional<double> tip{};
-    double force = 0.0;  ///< to first order about rest [N]
+    double contact = 0.0;  ///< compliance between tip and contact points [m/N]
+    double force = 0.0;    ///< to first order about rest [N]
   };
   std::vector<Moment> moments;
   for (const Frames* frames : {&trace.frames, &trace.keyframes}) {
@@ -323,8 +324,13 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
         // Where the tip cuts or is in the air, its force does not depend on the tissue's.
         if (trace.values("tool.stiffness_n")[row] == 0.0) { continue; }
         moment.tip = path->direction().dot(path->origin()) + trace.values("tool.insertion_m")[row];
+        const double cut = trace.values("tool.cut_m")[row];
+        const std::size_t interval = path->interval_at(cut);
+        const DentLaw law =
+            plan.tip.law(cut, path->intervals()[interval].indentation_toe, interval == 0);
+        if (law.is_linear()) { moment.contact = law.compliance; }
       }
-      moment.force = error.nonlinear(*moment.position, moment.tip);
+      moment.force = error.nonlinear(*moment.position, moment.tip, moment.contact);
       moments.push_back(moment);
     }
   }
@@ -335,7 +341,8 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
     if (moment.force <= force) { break; }
     const bool large = moment.force > 0.5 * accepted * peak;
     force =
-        std::max(force, large ? error.nonlinear_there(*moment.position, moment.tip) : moment.force);
+        std::max(force, large ? error.nonlinear_there(*moment.position, moment.tip, moment.contact)
+                              : moment.force);
   }
   const double nonlinear = peak > 0.0 ? force / peak : 0.0;
   // The force of a needle depends on the compliance only where it neither cuts nor slides.

@@ -361,6 +361,36 @@ TEST("tissue that stiffens has a far field, and its error is estimated") {
   CHECK_NEAR(moved(wider), moved(whole), 0.02 * moved(whole));
 }
 
+TEST("the force that a far field adds is felt through the compliance of the contact") {
+  // The tip dents the skin, which is not cut, and rests.
+  const auto force_of = [](double near_radius, Simulation* keep) {
+    Scene scene = scene_of(11, near_radius, 0.45, 20.0);
+    scene.drive->depth = 0.005;
+    scene.drive->speed = 0.025;
+    scene.simulation.solver_tolerance = 0.0;
+    scene.materials.front().cutting_force = 1e3;
+    scene.materials[1].youngs_modulus = 1.5e6;
+    scene.simulation.duration = 0.5;
+    Simulation simulation(scene);
+    while (simulation.ticks() < simulation.tick_count()) {
+      CHECK(simulation.tick() == StepStatus::ok);
+    }
+    const double force = simulation.tool().forces.total;
+    if (keep != nullptr) { *keep = std::move(simulation); }
+    return force;
+  };
+  Simulation reduced(scene_of(9, 0.0));
+  const double here = force_of(0.004, &reduced);
+  const double off = std::abs(here - force_of(0.0, nullptr));
+  const auto& problem = dynamic_cast<const NetworkProblem&>(reduced.problem());
+  const ReductionError estimate(problem, *reduced.plan().far, Vector3d::UnitZ());
+  const NodeVectors position = reduced.node_positions();
+  const double contact = reduced.plan().tip.at(0.0);
+  const double there = estimate.nonlinear_there(position, 0.0, contact);
+  CHECK_NEAR(there, off, 0.2 * off);
+  CHECK(estimate.nonlinear_there(position, 0.0) > 3.0 * off);
+}
+
 TEST("tissue that is no regular lattice has a far field, which is exact for its load cases") {
   const Setting setting(11, 0.45);
   SpringNetwork cut = setting.problem().network();
