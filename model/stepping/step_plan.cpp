@@ -317,6 +317,15 @@ void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   }
 }
 
+/// Returns true if a dent by a needle differs by more than a tenth between cells of five and of
+/// half a radius (docs/notebook/ligament-curves.md, "Dents").
+bool stiffens_too_fast_for_contact(const MaterialLaw& law) {
+  constexpr double strain = 0.2;
+  constexpr double fastest = 6.5;  // rate of an exponential law
+  return law.stiffens() &&
+         std::log(stretched(stiffening_numbers<double>(law), strain).slope) > fastest * strain;
+}
+
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool
 /// on the nodes of its contact points.
 void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
@@ -334,12 +343,13 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     plan.warnings.push_back("the grid is softer under the tool than the continuum, by up to " +
                             number(100.0 * tip.excess) + " %, which is not corrected");
   }
-  const bool stiffens = std::ranges::any_of(
-      path.intervals(), [](const PathInterval& interval) { return interval.law.stiffens(); });
-  if (stiffens && !plan.tip.value.empty()) {
+  if (!plan.tip.value.empty() &&
+      std::ranges::any_of(path.intervals(), [](const PathInterval& interval) {
+        return stiffens_too_fast_for_contact(interval.law);
+      })) {
     plan.warnings.emplace_back(
-        "tissue under the tool stiffens, but the compliance of the contact below the size of a "
-        "cell is linear: the force of a dent depends on the spacing");
+        "tissue under the tool stiffens so fast that the force of a dent changes by more than 10 % "
+        "with the spacing: the compliance of the contact below the size of a cell is linear");
   }
   double stiffness = 0.0;  // of the tissue between tool and nodes
   for (const PathInterval& interval : path.intervals()) {

@@ -202,6 +202,46 @@ TEST("cells are compared with the force that cuts them, not with that of deeper 
   CHECK(mentions(plan_of(scene).warnings, warning));
 }
 
+TEST("a contact on tissue that stiffens faster than ligaments do is warned of, and rightly") {
+  const auto dent_in = [](double rate, double spacing) {
+    Scene scene;
+    scene.simulation = {
+        .duration = 1.2, .step = 0.1, .integrator = "implicit-euler", .solver_tolerance = 1e-3};
+    const int across = static_cast<int>(std::lround(0.016 / spacing)) + 1;
+    scene.tissue.source = Source::layers;
+    scene.tissue.block = {.nodes = {across, across}, .spacing = spacing};
+    scene.tissue.fixed = {Face::z_max, Face::x_min, Face::x_max, Face::y_min, Face::y_max};
+    scene.materials = {{.name = "m",
+                        .youngs_modulus = 2e6,
+                        .poissons_ratio = 0.45,
+                        .retardation_time = 2e-3,
+                        .stiffening = Stiffening{.rate = rate, .largest = 12.0},
+                        .cutting_force = 1e4}};
+    scene.tissue.layers = {{"m", "m", 0.008}};
+    scene.needle = Needle{};
+    scene.drive = Drive{.speed = 1e-3};
+    return scene;
+  };
+  const auto force_of = [](const Scene& scene) {
+    Simulation simulation(scene);
+    while (simulation.ticks() < simulation.tick_count()) {
+      CHECK(simulation.tick() == StepStatus::ok);
+    }
+    return simulation.tool().forces.total;
+  };
+  const auto change = [&](double rate) {
+    return force_of(dent_in(rate, 0.001)) / force_of(dent_in(rate, 0.004)) - 1.0;
+  };
+  const auto warned = [&](double rate) {
+    return mentions(plan_of(dent_in(rate, 0.004)).warnings, "stiffens so fast");
+  };
+  CHECK_NEAR(change(4.0), 0.0, 0.04);
+  CHECK(change(9.0) > 0.08);
+  CHECK(!warned(4.0));
+  CHECK(!warned(5.8));
+  CHECK(warned(9.0));
+}
+
 TEST("the printed form takes Euler-Cromer and one step a tick") {
   Scene scene = moving_scene("auto");
   scene.simulation.printed = PrintedForm::all();
