@@ -184,10 +184,24 @@ Figure parts_over_depth(const Trace& trace) {
   return figure;
 }
 
+/// With a syringe as in the paper's Fig. 22: the force that the thumb applies, from the pressure,
+/// and the reaction and the depth beside it.
 Figure force_over_time(const Trace& trace) {
-  Figure figure = figure_over(trace, Over::time, "force-over-time", "Force over time",
-                              "The same force at every tick.", "force (N)");
-  add_column(figure, trace, Over::time, "tool.force_n");
+  if (trace.find("syringe.thumb_n") == nullptr) {
+    Figure figure = figure_over(trace, Over::time, "force-over-time", "Force over time",
+                                "The same force at every tick.", "force (N)");
+    add_column(figure, trace, Over::time, "tool.force_n");
+    figure.zones.clear();
+    return figure;
+  }
+  Figure figure = figure_over(trace, Over::time, "force-over-time", "Applied force and reaction",
+                              "Force of the thumb on the plunger, which is pressure times area "
+                              "and the plunger's friction; reaction of the tissue on the needle; "
+                              "and depth of the tip.",
+                              "force (N), depth (cm)");
+  add_column(figure, trace, Over::time, "tool.force_n", "reaction");
+  add_column(figure, trace, Over::time, "syringe.thumb_n", "thumb on the plunger");
+  add_column(figure, trace, Over::time, "tool.depth_m", "depth (cm)", 100.0);
   figure.zones.clear();
   return figure;
 }
