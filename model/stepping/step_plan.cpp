@@ -317,13 +317,13 @@ void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   }
 }
 
-/// Returns true if a dent by a needle differs by more than a tenth between cells of five and of
-/// half a radius (docs/notebook/ligament-curves.md, "Dents").
+/// Returns true if the force of a dent by a needle differs by more than a tenth between cells of
+/// five and of half a radius (docs/notebook/ligament-curves.md, "Dents").
 bool stiffens_too_fast_for_contact(const MaterialLaw& law) {
   constexpr double strain = 0.2;
-  constexpr double fastest = 6.5;  // rate of an exponential law
-  return law.stiffens() &&
-         std::log(stretched(stiffening_numbers<double>(law), strain).slope) > fastest * strain;
+  constexpr double bent = 6.5 * strain;  // of an exponential law with the rate 6.5
+  return law.stiffens() && stretched(stiffening_numbers<double>(law), strain).value >
+                               std::expm1(bent) / bent * strain;
 }
 
 /// Computes the compliance that the grid lacks under the tool, and adds the frequency of the tool

@@ -184,8 +184,8 @@ Figure parts_over_depth(const Trace& trace) {
   return figure;
 }
 
-/// With a syringe as in the paper's Fig. 22: the force that the thumb applies, from the pressure,
-/// and the reaction and the depth beside it.
+/// Returns the force over time. With a syringe the figure also has the force of the thumb and the
+/// depth, as the paper's Fig. 22.
 Figure force_over_time(const Trace& trace) {
   if (trace.find("syringe.thumb_n") == nullptr) {
     Figure figure = figure_over(trace, Over::time, "force-over-time", "Force over time",
@@ -195,8 +195,8 @@ Figure force_over_time(const Trace& trace) {
     return figure;
   }
   Figure figure = figure_over(trace, Over::time, "force-over-time", "Applied force and reaction",
-                              "Force of the thumb on the plunger, which is pressure times area "
-                              "and the plunger's friction; reaction of the tissue on the needle; "
+                              "Force of the thumb on the plunger (pressure times area, plus the "
+                              "friction of the plunger), reaction of the tissue on the needle, "
                               "and depth of the tip.",
                               "force (N), depth (cm)");
   add_column(figure, trace, Over::time, "tool.force_n", "reaction");

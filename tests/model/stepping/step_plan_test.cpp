@@ -202,8 +202,8 @@ TEST("cells are compared with the force that cuts them, not with that of deeper 
   CHECK(mentions(plan_of(scene).warnings, warning));
 }
 
-TEST("a contact on tissue that stiffens faster than ligaments do is warned of, and rightly") {
-  const auto dent_in = [](double rate, double spacing) {
+TEST("a plan warns of tissue whose stiffening makes the force of a dent depend on the spacing") {
+  const auto dent_in = [](double rate, double spacing, double largest = 12.0) {
     Scene scene;
     scene.simulation = {
         .duration = 1.2, .step = 0.1, .integrator = "implicit-euler", .solver_tolerance = 1e-3};
@@ -215,7 +215,7 @@ TEST("a contact on tissue that stiffens faster than ligaments do is warned of, a
                         .youngs_modulus = 2e6,
                         .poissons_ratio = 0.45,
                         .retardation_time = 2e-3,
-                        .stiffening = Stiffening{.rate = rate, .largest = 12.0},
+                        .stiffening = Stiffening{.rate = rate, .largest = largest},
                         .cutting_force = 1e4}};
     scene.tissue.layers = {{"m", "m", 0.008}};
     scene.needle = Needle{};
@@ -229,14 +229,16 @@ TEST("a contact on tissue that stiffens faster than ligaments do is warned of, a
     }
     return simulation.tool().forces.total;
   };
-  const auto change = [&](double rate) {
-    return force_of(dent_in(rate, 0.001)) / force_of(dent_in(rate, 0.004)) - 1.0;
+  const auto change = [&](double rate, double largest = 12.0) {
+    return force_of(dent_in(rate, 0.001, largest)) / force_of(dent_in(rate, 0.004, largest)) - 1.0;
   };
-  const auto warned = [&](double rate) {
-    return mentions(plan_of(dent_in(rate, 0.004)).warnings, "stiffens so fast");
+  const auto warned = [&](double rate, double largest = 12.0) {
+    return mentions(plan_of(dent_in(rate, 0.004, largest)).warnings, "stiffens so fast");
   };
   CHECK_NEAR(change(4.0), 0.0, 0.04);
-  CHECK(change(9.0) > 0.08);
+  CHECK(change(9.0) > 0.1);
+  CHECK(change(30.0, 3.0) > 0.1);
+  CHECK(warned(30.0, 3.0));
   CHECK(!warned(4.0));
   CHECK(!warned(5.8));
   CHECK(warned(9.0));
