@@ -275,11 +275,7 @@ void judge_ligaments(const std::vector<Material>& library, Outcome& outcome) {
                                          {0.117, 0.152, 0.103}}}};
   for (const Curves& curves : measured) {
     const auto found = std::ranges::find(library, curves.name, &Material::name);
-    if (found == library.end()) {
-      outcome.judge_at_most(std::string(curves.name) + "_less_measured_in_standard_errors",
-                            std::nan(""), 2.0, "the library has no such material");
-      continue;
-    }
+    if (found == library.end()) { continue; }  // measure_library() fails for it
     const double end = stress_in_tension(*found, curves.stretch);
     Largest worst;
     for (std::size_t n = 0; n < curves.force.size(); ++n) {
