@@ -311,11 +311,11 @@ void measure_groups(const CaseContext& context, Outcome& outcome) {
 /// thumb and with one for all.
 void measure_body_mass(const CaseContext& context, Outcome& outcome) {
   if (!context.shipped_scene) { throw CannotDo("not run: the shipped scenes are not at hand"); }
-  Table& table = outcome.table(
-      "peaks", "Peak pressure and body-mass index",
-      "The same scenes with the force of the first one's thumb differ in "
-      "their fat alone.",
-      {"body-mass index (kg/m^2)", "published (mmHg)", "scene (mmHg)", "with one thumb (mmHg)"});
+  Table& table = outcome.table("peaks", "Peak pressure and body-mass index",
+                               "Peaks with each scene's own force of the thumb, and with that of "
+                               "the first scene in all: then "
+                               "the scenes differ in their fat alone.",
+                               {"BMI (kg/m^2)", "published (mmHg)", "own (mmHg)", "shared (mmHg)"});
   std::optional<double> thumb;
   Largest off;
   Largest fat_alone;
