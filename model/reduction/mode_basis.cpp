@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <random>
@@ -17,6 +18,16 @@
 namespace palpate {
 
 namespace {
+
+/// Returns the depth on its line that the tip never passes [m]; infinite if the drive sets no end,
+/// or if loads could lift the tissue towards the tip.
+double reach_of(const Scene& scene) {
+  const Drive drive = scene.drive.value_or(Drive{});
+  if (drive.kind != Drive::Kind::trajectory || !drive.depth || !scene.loads.empty()) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return std::max(drive.from, *drive.depth);
+}
 
 /// Returns the supports of a sliding face at places along its path, a spacing apart or closer.
 std::vector<std::vector<NeedlePath::Support>> places_of_face(
@@ -56,7 +67,11 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
       }
       return load_cases;
     }
-    for (const NeedlePath::Knot& knot : path.knots()) {
+    // A tip between two contact points loads both.
+    const auto first_beyond =
+        std::ranges::lower_bound(path.knots(), reach_of(scene), {}, &NeedlePath::Knot::depth);
+    const auto end = first_beyond == path.knots().end() ? first_beyond : first_beyond + 1;
+    for (const NeedlePath::Knot& knot : std::ranges::subrange(path.knots().begin(), end)) {
       const auto supports = path.supports(knot);
       for (int axis = 0; axis < 3; ++axis) {
         add({supports.begin(), supports.end()}, Eigen::Vector3d::Unit(axis));

@@ -27,8 +27,8 @@ struct LoadCase {
   Eigen::Vector3d direction{};            ///< unit vector
 };
 
-/// Returns the load cases at the free contact points of the scene's tool, along x, y and z, and at
-/// the loaded free nodes.
+/// Returns the load cases at the free contact points that the scene's tool can reach, along x, y
+/// and z, and at the loaded free nodes. The depth of a trajectory ends its reach.
 std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem);
 
 /// Returns the nodes that the scene's tool can load, fixed ones too, some several times.
