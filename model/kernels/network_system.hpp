@@ -28,6 +28,11 @@ template <class Real> class NetworkSystem : public System<Real> {
                                               int /*node*/) const noexcept {
     return Eigen::Vector3d::Zero();
   }
+  /// Prepares moved(node) for all nodes, which is then cheaper than moved(all, node).
+  virtual void move_all(const Vector<Real>& /*all*/) noexcept {}
+  [[nodiscard]] virtual Eigen::Vector3d moved(int /*node*/) const noexcept {
+    return Eigen::Vector3d::Zero();
+  }
   /// Returns the total energy [J]. A tool's coordinate may follow in the vectors.
   [[nodiscard]] double energy(const Vector<Real>& q, const Vector<Real>& v) const noexcept {
     return energy(q, v, elastic_energy(q));

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <random>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -202,6 +203,14 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   return {.nodes = std::move(nodes), .far_nodes = far};
 }
 
+FarNodes far_nodes(const NetworkProblem& problem, const NearNodes& near) {
+  FarNodes far(static_cast<std::size_t>(problem.network().node_count()), 0);
+  for (const int node : problem.free_nodes()) {
+    far[static_cast<std::size_t>(node)] = near.holds(node) ? 0 : 1;
+  }
+  return far;
+}
+
 std::array<Eigen::Vector3d, 8> volume_gradient(const SpringNetwork& network,
                                                const VolumeCell& cell) {
   Corners<double> x;
@@ -284,7 +293,7 @@ std::array<std::vector<int>, 3> graded_axes(const LatticeShape& shape, const Lat
 
 GradedLattice::GradedLattice(const NetworkProblem& problem, const LatticeShape& shape,
                              const LatticeBox& box)
-    : problem_(problem), shape_(shape), axes_(graded_axes(shape, box)) {
+    : PointModel(problem), shape_(shape), axes_(graded_axes(shape, box)) {
   for (std::size_t n = 0; n < 3; ++n) {
     int cell = 0;
     for (int place = 0; place < shape.nodes[n]; ++place) {
@@ -361,14 +370,40 @@ std::size_t GradedLattice::number_of(const Cell& cell) const {
   return (at(2) * (axes_[1].size() - 1) + at(1)) * (axes_[0].size() - 1) + at(0);
 }
 
-/// Returns the stiffness of the coarse cells. Springs are not longer than these, so each is inside
-/// one.
-auto GradedLattice::element_stiffness() const -> std::vector<CellStiffness> {
+namespace {
+
+bool is_part_of_far(const SpringNetwork& network, const FarNodes& far, std::span<const int> nodes) {
+  const auto is_far = [&](int node) { return far[static_cast<std::size_t>(node)] != 0; };
+  return std::ranges::any_of(nodes, is_far) && std::ranges::all_of(nodes, [&](int node) {
+           return is_far(node) || network.is_fixed(node);
+         });
+}
+
+/// Returns the factor of a spring or a cell in the far part; 0 outside of it.
+auto factor_in_far(const SpringNetwork& network, const FarNodes& far, Resists what) {
+  return [&network, &far, what](const auto& part) {
+    if constexpr (requires { part.nodes; }) {
+      if (part.stiffness == 0.0 || !is_part_of_far(network, far, part.nodes)) { return 0.0; }
+      return part.volume * (what == Resists::displacement ? part.stiffness : part.viscosity);
+    } else {
+      const std::array nodes{part.a, part.b};
+      if (!is_part_of_far(network, far, nodes)) { return 0.0; }
+      return what == Resists::displacement ? part.stiffness : part.viscosity;
+    }
+  };
+}
+
+}  // namespace
+
+// Springs are not longer than the coarse cells, so each is inside one.
+template <class Factor>
+auto GradedLattice::of_springs(Factor factor) const -> std::vector<CellMatrix> {
   const SpringNetwork& network = problem_.network();
-  std::vector<CellStiffness> cells((axes_[0].size() - 1) * (axes_[1].size() - 1) *
-                                   (axes_[2].size() - 1));
+  std::vector<CellMatrix> cells((axes_[0].size() - 1) * (axes_[1].size() - 1) *
+                                (axes_[2].size() - 1));
   for (const Spring& spring : network.springs) {
-    if (network.is_fixed(spring.a) && network.is_fixed(spring.b)) { continue; }
+    const double k = factor(spring);
+    if (k == 0.0) { continue; }
     const std::array<int, 3> a = shape_.place(spring.a);
     const std::array<int, 3> b = shape_.place(spring.b);
     const Cell cell = cell_from({std::min(a[0], b[0]), std::min(a[1], b[1]), std::min(a[2], b[2])});
@@ -376,27 +411,24 @@ auto GradedLattice::element_stiffness() const -> std::vector<CellStiffness> {
     const Place to = place_in(spring.b, cell);
     const Eigen::Vector3d apart =
         network.rest_position.col(spring.b) - network.rest_position.col(spring.a);
-    Eigen::Matrix<double, block, 1> grows;
+    Growth grows;
     for (int corner = 0; corner < corners; ++corner) {
       const auto c = static_cast<std::size_t>(corner);
       grows.segment<3>(3 * corner) = (to.weight[c] - from.weight[c]) * apart.normalized();
     }
-    CellStiffness& into = cells[number_of(cell)];
+    CellMatrix& into = cells[number_of(cell)];
     into.coordinate = from.coordinate;
-    into.matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, spring.stiffness);
+    into.matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, k);
   }
-  add_volumes(cells);
   return cells;
 }
 
-/// Adds the resistance to changes of volume. A coarse cell has one mean volume: the volumes of all
-/// cells in it would lock it.
-void GradedLattice::add_volumes(std::vector<CellStiffness>& cells) const {
+void GradedLattice::add_mean_volumes(std::vector<CellMatrix>& cells) const {
   const SpringNetwork& network = problem_.network();
   struct Sum {
-    Eigen::Matrix<double, block, 1> growth = Eigen::Matrix<double, block, 1>::Zero();  ///< [m^2]
-    double volume = 0.0;                                                               ///< [m^3]
-    double modulus = 0.0;  ///< times the volume [N m]
+    Growth growth = Growth::Zero();  ///< [m^2]
+    double volume = 0.0;             ///< [m^3]
+    double modulus = 0.0;            ///< times the volume [N m]
   };
   std::map<std::size_t, Sum> sums;
   for (const VolumeCell& fine : network.cells) {
@@ -423,9 +455,9 @@ void GradedLattice::add_volumes(std::vector<CellStiffness>& cells) const {
   }
 }
 
-Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
+Eigen::SparseMatrix<double> GradedLattice::assembled(const std::vector<CellMatrix>& cells) const {
   std::vector<Eigen::Triplet<double>> entries;
-  for (const CellStiffness& cell : element_stiffness()) {
+  for (const CellMatrix& cell : cells) {
     for (int column = 0; column < block; ++column) {
       const Eigen::Index c = cell.coordinate[static_cast<std::size_t>(column / 3)];
       for (int row = column; row < block; ++row) {
@@ -437,9 +469,61 @@ Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
       }
     }
   }
-  Eigen::SparseMatrix<double> k(dof_, dof_);
-  k.setFromTriplets(entries.begin(), entries.end());
-  return k;
+  Eigen::SparseMatrix<double> sum(dof_, dof_);
+  sum.setFromTriplets(entries.begin(), entries.end());
+  return sum;
+}
+
+Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
+  const SpringNetwork& network = problem_.network();
+  std::vector<CellMatrix> cells = of_springs([&](const Spring& spring) {
+    return network.is_fixed(spring.a) && network.is_fixed(spring.b) ? 0.0 : spring.stiffness;
+  });
+  add_mean_volumes(cells);
+  return assembled(cells);
+}
+
+Eigen::SparseMatrix<double> GradedLattice::far_part(const FarNodes& far, Resists what) const {
+  const SpringNetwork& network = problem_.network();
+  const auto factor = factor_in_far(network, far, what);
+  std::vector<CellMatrix> cells = of_springs(factor);
+  for (const VolumeCell& fine : network.cells) {
+    const double k = factor(fine);
+    if (k == 0.0) { continue; }
+    const Cell cell = cell_from(shape_.place(*std::ranges::min_element(fine.nodes)));
+    CellMatrix& into = cells[number_of(cell)];
+    const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(network, fine);
+    Growth grows = Growth::Zero();
+    for (std::size_t n = 0; n < 8; ++n) {
+      const Place at = place_in(fine.nodes[n], cell);
+      for (int corner = 0; corner < corners; ++corner) {
+        grows.segment<3>(3 * corner) += at.weight[static_cast<std::size_t>(corner)] * gradient[n];
+      }
+      into.coordinate = at.coordinate;
+    }
+    into.matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, k);
+  }
+  return assembled(cells);
+}
+
+Eigen::SparseMatrix<double> GradedLattice::far_mass(const FarNodes& far) const {
+  std::vector<CellMatrix> cells((axes_[0].size() - 1) * (axes_[1].size() - 1) *
+                                (axes_[2].size() - 1));
+  for (const int node : problem_.free_nodes()) {
+    if (far[static_cast<std::size_t>(node)] == 0) { continue; }
+    const Cell cell = cell_from(shape_.place(node));
+    const Place at = place_in(node, cell);
+    CellMatrix& into = cells[number_of(cell)];
+    into.coordinate = at.coordinate;
+    for (int row = 0; row < block; ++row) {
+      for (int column = row % 3; column <= row; column += 3) {
+        into.matrix(row, column) += problem_.network().mass(node) *
+                                    at.weight[static_cast<std::size_t>(row / 3)] *
+                                    at.weight[static_cast<std::size_t>(column / 3)];
+      }
+    }
+  }
+  return assembled(cells);
 }
 
 Eigen::VectorXd GradedLattice::mass() const {
@@ -477,22 +561,50 @@ void add_part(const NetworkProblem& problem, double k, const std::array<int, cou
 
 }  // namespace
 
-Eigen::SparseMatrix<double> EveryNode::stiffness() const {
+/// Returns the sum of factor(part) g g^T over springs and cells that resist changes of volume.
+template <class Factor> Eigen::SparseMatrix<double> EveryNode::sum_of(Factor factor) const {
   const SpringNetwork& network = problem_.network();
   std::vector<Eigen::Triplet<double>> entries;
   for (const Spring& s : network.springs) {
+    const double k = factor(s);
+    if (k == 0.0) { continue; }
     const Eigen::Vector3d u =
         (network.rest_position.col(s.b) - network.rest_position.col(s.a)).normalized();
-    add_part<2>(problem_, s.stiffness, {s.a, s.b}, {-u, u}, entries);
+    add_part<2>(problem_, k, {s.a, s.b}, {-u, u}, entries);
   }
   for (const VolumeCell& cell : network.cells) {
-    if (cell.stiffness == 0.0) { continue; }
-    add_part<8>(problem_, cell.stiffness * cell.volume, cell.nodes, volume_gradient(network, cell),
-                entries);
+    const double k = factor(cell);
+    if (k == 0.0) { continue; }
+    add_part<8>(problem_, k, cell.nodes, volume_gradient(network, cell), entries);
   }
-  Eigen::SparseMatrix<double> k(dof(), dof());
-  k.setFromTriplets(entries.begin(), entries.end());
-  return k;
+  Eigen::SparseMatrix<double> sum(dof(), dof());
+  sum.setFromTriplets(entries.begin(), entries.end());
+  return sum;
+}
+
+Eigen::SparseMatrix<double> EveryNode::stiffness() const {
+  return sum_of([](const auto& part) {
+    if constexpr (requires { part.volume; }) { return part.stiffness * part.volume; }
+    return part.stiffness;
+  });
+}
+
+Eigen::SparseMatrix<double> EveryNode::far_part(const FarNodes& far, Resists what) const {
+  return sum_of(factor_in_far(problem_.network(), far, what));
+}
+
+Eigen::SparseMatrix<double> EveryNode::far_mass(const FarNodes& far) const {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const int node : problem_.free_nodes()) {
+    if (far[static_cast<std::size_t>(node)] == 0) { continue; }
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto at = static_cast<int>(problem_.coordinate(node)) + axis;
+      entries.emplace_back(at, at, problem_.network().mass(node));
+    }
+  }
+  Eigen::SparseMatrix<double> sum(dof(), dof());
+  sum.setFromTriplets(entries.begin(), entries.end());
+  return sum;
 }
 
 NodeVectors EveryNode::places() const {
@@ -598,8 +710,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 /// Returns the loads on the coordinates of a model [N], one column each.
-template <class Model>
-MatrixXd loads_of(const std::vector<LoadCase>& load_cases, const Model& model) {
+MatrixXd loads_of(const std::vector<LoadCase>& load_cases, const PointModel& model) {
   MatrixXd loads = MatrixXd::Zero(model.dof(), static_cast<Index>(load_cases.size()));
   for (std::size_t n = 0; n < load_cases.size(); ++n) {
     for (const NeedlePath::Support& support : load_cases[n].on) {
@@ -642,8 +753,7 @@ MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixX
 
 /// Returns the static responses to the load cases, then to the inertia of these responses, and so
 /// on up to `most` columns.
-template <class Model>
-MatrixXd responses(const std::vector<LoadCase>& load_cases, const Model& model, Index most) {
+MatrixXd responses(const std::vector<LoadCase>& load_cases, const PointModel& model, Index most) {
   const StaticSolver statics(model.stiffness(), model.places());
   if (!statics.held()) {
     throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
@@ -672,66 +782,56 @@ MatrixXd independent(const MatrixXd& a) {
          modes.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-/// Returns the columns of the far nodes with the static responses of a model of the tissue.
-template <class Model>
-ModeBasis far_part(const NetworkProblem& problem, const ReductionSetting& setting,
-                   const Model& model) {
-  const MatrixXd response = responses(setting.load_cases, model, setting.modes).transpose();
-  ModeBasis shapes;
-  shapes.column.assign(static_cast<std::size_t>(problem.network().node_count()), -1);
-  std::ptrdiff_t columns = 0;
-  for (const int node : problem.free_nodes()) {
-    if (setting.near.holds(node)) { continue; }
-    shapes.column[static_cast<std::size_t>(node)] = columns;
-    columns += 3;
+std::unique_ptr<const PointModel> point_model(const NetworkProblem& problem,
+                                              const LatticeBox& box) {
+  if (problem.free_nodes().size() <= most_factorised_nodes) {
+    return std::make_unique<EveryNode>(problem);
   }
-  shapes.phi = MatrixXd::Zero(response.rows(), columns);
-  for (const int node : problem.free_nodes()) {
-    if (!shapes.holds(node)) { continue; }
-    const auto place = model.place_of(node);
-    for (std::size_t c = 0; c < place.weight.size(); ++c) {
-      if (place.coordinate[c] < 0) { continue; }
-      shapes.phi.middleCols<3>(shapes.column[static_cast<std::size_t>(node)]) +=
-          place.weight[c] * response.middleCols<3>(place.coordinate[c]);
-    }
-  }
-  // Responses to different loads differ by orders of magnitude.
-  for (Index n = 0; n < shapes.modes(); ++n) {
-    const double size = shapes.phi.row(n).norm();
-    if (size > 0.0) { shapes.phi.row(n) /= size; }
-  }
-  return shapes;
-}
-
-/// Orthonormalises the modes with respect to the mean node mass.
-void share_out_mass(const SpringNetwork& network, ModeBasis& shapes) {
-  VectorXd mass(shapes.phi.cols());
-  for (int node = 0; node < network.node_count(); ++node) {
-    if (!shapes.holds(node)) { continue; }
-    mass.segment<3>(shapes.column[static_cast<std::size_t>(node)]).setConstant(network.mass(node));
-  }
-  MatrixXd gram = MatrixXd::Zero(shapes.modes(), shapes.modes());
-  gram.selfadjointView<Eigen::Lower>().rankUpdate(shapes.phi * mass.cwiseSqrt().asDiagonal());
-  const MatrixXd basis = independent(gram.selfadjointView<Eigen::Lower>());
-  shapes.mass = mass.mean();
-  shapes.phi = (std::sqrt(shapes.mass) * basis.transpose() * shapes.phi).eval();
+  return std::make_unique<GradedLattice>(problem, problem.network().springs.lattice().value(), box);
 }
 
 }  // namespace
 
+Eigen::Matrix<double, Eigen::Dynamic, 3> ModeBasis::of(int node) const {
+  Eigen::Matrix<double, Eigen::Dynamic, 3> columns(modes(), 3);
+  columns.setZero();
+  const PointModel::Place place = points->place_of(node);
+  for (std::size_t c = 0; c < place.weight.size(); ++c) {
+    if (place.coordinate[c] < 0 || place.weight[c] == 0.0) { continue; }
+    columns += place.weight[c] * phi.middleCols<3>(place.coordinate[c]);
+  }
+  return columns;
+}
+
 ModeBasis mode_basis(const NetworkProblem& problem, const ReductionSetting& setting) {
-  const std::optional<LatticeShape>& shape = problem.network().springs.lattice();
-  const bool many = problem.free_nodes().size() > most_factorised_nodes;
-  ModeBasis shapes =
-      many ? far_part(problem, setting, GradedLattice(problem, shape.value(), setting.near.box))
-           : far_part(problem, setting, EveryNode(problem));
-  share_out_mass(problem.network(), shapes);
+  ModeBasis shapes{.points = point_model(problem, setting.near.box),
+                   .far = far_nodes(problem, setting.near)};
+  const PointModel& points = *shapes.points;
+  MatrixXd& phi = shapes.phi;
+  phi = responses(setting.load_cases, points, setting.modes).transpose();
+  const auto gram = [&](const Eigen::SparseMatrix<double>& a) {
+    return MatrixXd(phi * (a.selfadjointView<Eigen::Lower>() * phi.transpose()));
+  };
+  // Responses to different loads differ by orders of magnitude.
+  MatrixXd mass = gram(points.far_mass(shapes.far));
+  const VectorXd size = mass.diagonal().unaryExpr(
+      [](double square) { return square > 0.0 ? 1.0 / std::sqrt(square) : 1.0; });
+  mass = (size.asDiagonal() * mass * size.asDiagonal()).eval();
+  double sum = 0.0;
+  for (const int node : problem.free_nodes()) {
+    if (shapes.holds(node)) { sum += problem.network().mass(node); }
+  }
+  shapes.mass = sum / static_cast<double>(std::ranges::count(shapes.far, 1));
+  phi = (std::sqrt(shapes.mass) * independent(mass).transpose() * size.asDiagonal() * phi).eval();
   if (shapes.modes() == 0) { return shapes; }  // the loads do not displace the far tissue
-  GramSum stiffness(shapes.modes());
-  visit_far_parts(problem.network(), shapes,
-                  [&](const FarPart& part) { stiffness.add(part.grows, part.stiffness); });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> own(stiffness.take());
-  shapes.phi = (own.eigenvectors().transpose() * shapes.phi).eval();
+  GramSum mixed(shapes.modes());
+  visit_mixed_parts(problem.network(), shapes,
+                    [&](const MixedPart& part) { mixed.add(part.grows, part.stiffness); });
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> own(
+      gram(points.far_part(shapes.far, Resists::displacement)) + mixed.take());
+  phi = (own.eigenvectors().transpose() * phi).eval();
+  shapes.stiffness = own.eigenvalues();
+  shapes.damping = gram(points.far_part(shapes.far, Resists::velocity));
   return shapes;
 }
 

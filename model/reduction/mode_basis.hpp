@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -34,9 +35,46 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
 /// Returns the nodes that the scene's tool can load, fixed ones too, some several times.
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
 
-// Coarse model of a lattice: all nodes inside a box, or every second or third of a large one, and
-// a spacing that grows with the distance from it. Displacements are interpolated linearly between
-// coarse nodes (model/EQUATIONS.md, "Far field").
+/// Sums over springs and cells: of their stiffnesses or of their viscosities.
+enum class Resists { displacement, velocity };
+
+/// 1 for each far node, 0 for each near or fixed one.
+using FarNodes = std::vector<unsigned char>;
+
+/// Points whose displacements give those of all nodes of a network. Coordinates are three for each
+/// free point. Matrices are given by their lower halves.
+class PointModel {
+ public:
+  static constexpr int corners = 8;
+  /// Points around a node, with weights that sum to one, or are all zero for a fixed node.
+  struct Place {
+    std::array<Eigen::Index, corners> coordinate{};  ///< first coordinate of each point; -1: fixed
+    std::array<double, corners> weight{};
+  };
+
+  /// The problem must outlive the model.
+  explicit PointModel(const NetworkProblem& problem) : problem_(problem) {}
+  PointModel(const PointModel&) = delete;
+  PointModel& operator=(const PointModel&) = delete;
+  virtual ~PointModel() = default;
+
+  [[nodiscard]] virtual Eigen::Index dof() const = 0;
+  [[nodiscard]] virtual Place place_of(int node) const = 0;
+  [[nodiscard]] virtual NodeVectors places() const = 0;  ///< of the free points, in any unit
+  /// Returns the lumped mass per coordinate [kg].
+  [[nodiscard]] virtual Eigen::VectorXd mass() const = 0;
+  /// Returns the stiffness, linear about rest [N/m].
+  [[nodiscard]] virtual Eigen::SparseMatrix<double> stiffness() const = 0;
+  /// Returns the stiffness [N/m] or damping [N s/m] of the springs and cells that join far nodes
+  /// with far or fixed nodes only, linear about rest.
+  [[nodiscard]] virtual Eigen::SparseMatrix<double> far_part(const FarNodes& far,
+                                                             Resists what) const = 0;
+  /// Returns the mass of the far nodes [kg], with the mass between points.
+  [[nodiscard]] virtual Eigen::SparseMatrix<double> far_mass(const FarNodes& far) const = 0;
+
+ protected:
+  const NetworkProblem& problem_;
+};
 
 /// Box of lattice nodes (i, j, l), both ends included.
 struct LatticeBox {
@@ -50,45 +88,44 @@ struct LatticeBox {
   }
 };
 
-class GradedLattice {
+/// Some nodes of a lattice: all inside a box, or every second or third of a large one, and a
+/// spacing that grows with the distance from it. Displacements are interpolated linearly between
+/// them (model/EQUATIONS.md, "Far field").
+class GradedLattice final : public PointModel {
  public:
-  static constexpr int corners = 8;
-  /// Position of a lattice node in a cell of coarse nodes, for trilinear interpolation.
-  struct Place {
-    std::array<Eigen::Index, corners> coordinate{};  ///< first coordinate of each corner; -1: fixed
-    std::array<double, corners> weight{};            ///< sum to one, or all zero for a fixed node
-  };
-
-  /// Builds the coarse model. `shape` is the lattice of the problem's network.
+  /// `shape` is the lattice of the problem's network.
   GradedLattice(const NetworkProblem& problem, const LatticeShape& shape, const LatticeBox& box);
 
-  [[nodiscard]] Eigen::Index dof() const { return dof_; }
-  /// Returns the interpolation of any lattice node.
-  [[nodiscard]] Place place_of(int node) const;
-  /// Returns the mass per coarse coordinate, lumped from the nodes around it [kg].
-  [[nodiscard]] Eigen::VectorXd mass() const;
-
-  /// Returns the lower half of the stiffness matrix, linear about rest [N/m].
-  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const;
-  [[nodiscard]] NodeVectors places() const;  ///< of the coarse nodes, in nodes of the lattice
+  [[nodiscard]] Eigen::Index dof() const override { return dof_; }
+  [[nodiscard]] Place place_of(int node) const override;
+  [[nodiscard]] NodeVectors places() const override;
+  [[nodiscard]] Eigen::VectorXd mass() const override;
+  /// A coarse cell has one mean volume: the volumes of all cells in it would lock it.
+  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const override;
+  [[nodiscard]] Eigen::SparseMatrix<double> far_part(const FarNodes& far,
+                                                     Resists what) const override;
+  [[nodiscard]] Eigen::SparseMatrix<double> far_mass(const FarNodes& far) const override;
 
  private:
   using Axis = std::vector<int>;  ///< positions of the coarse nodes along one axis
   using Cell = std::array<int, 3>;
   static constexpr int block = 3 * corners;
-  struct CellStiffness {
+  using Growth = Eigen::Matrix<double, block, 1>;
+  struct CellMatrix {
     std::array<Eigen::Index, corners> coordinate{};
     using Matrix = Eigen::Matrix<double, block, block>;
-    Matrix matrix = Matrix::Zero();  ///< lower half of the element stiffness [N/m]
+    Matrix matrix = Matrix::Zero();  ///< lower half
   };
   [[nodiscard]] Eigen::Index index(int i, int j, int l) const;
   [[nodiscard]] Cell cell_from(const std::array<int, 3>& place) const;
   [[nodiscard]] Place place_in(int node, const Cell& cell) const;
-  [[nodiscard]] std::vector<CellStiffness> element_stiffness() const;
-  void add_volumes(std::vector<CellStiffness>& cells) const;
   [[nodiscard]] std::size_t number_of(const Cell& cell) const;
+  /// Returns the cells with the sum of factor(spring) g g^T of the springs in them, g being the
+  /// growth of a spring by the displacements of the corners.
+  template <class Factor> [[nodiscard]] std::vector<CellMatrix> of_springs(Factor factor) const;
+  void add_mean_volumes(std::vector<CellMatrix>& cells) const;
+  [[nodiscard]] Eigen::SparseMatrix<double> assembled(const std::vector<CellMatrix>& cells) const;
 
-  const NetworkProblem& problem_;
   LatticeShape shape_;
   std::array<Axis, 3> axes_{};
   /// Index of the last cell that begins at or before a position, per axis.
@@ -97,26 +134,27 @@ class GradedLattice {
   Eigen::Index dof_ = 0;
 };
 
-/// All nodes of a network in place of a coarse model; the members are those of GradedLattice.
-class EveryNode {
+/// All nodes of a network. The coordinates are those of the problem.
+class EveryNode final : public PointModel {
  public:
-  struct Place {
-    std::array<Eigen::Index, 1> coordinate{};
-    std::array<double, 1> weight{};
-  };
-
-  explicit EveryNode(const NetworkProblem& problem) : problem_(problem) {}
-  [[nodiscard]] Eigen::Index dof() const { return problem_.dof(); }
-  [[nodiscard]] Place place_of(int node) const {
-    const Eigen::Index at = problem_.coordinate(node);
-    return {{at}, {at < 0 ? 0.0 : 1.0}};
+  using PointModel::PointModel;
+  [[nodiscard]] Eigen::Index dof() const override { return problem_.dof(); }
+  [[nodiscard]] Place place_of(int node) const override {
+    Place at;
+    at.coordinate.fill(-1);
+    at.coordinate[0] = problem_.coordinate(node);
+    at.weight[0] = at.coordinate[0] < 0 ? 0.0 : 1.0;
+    return at;
   }
-  [[nodiscard]] const Eigen::VectorXd& mass() const { return problem_.mass(); }
-  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const;
-  [[nodiscard]] NodeVectors places() const;  ///< of the free nodes at rest [m]
+  [[nodiscard]] NodeVectors places() const override;
+  [[nodiscard]] Eigen::VectorXd mass() const override { return problem_.mass(); }
+  [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const override;
+  [[nodiscard]] Eigen::SparseMatrix<double> far_part(const FarNodes& far,
+                                                     Resists what) const override;
+  [[nodiscard]] Eigen::SparseMatrix<double> far_mass(const FarNodes& far) const override;
 
  private:
-  const NetworkProblem& problem_;
+  template <class Factor> [[nodiscard]] Eigen::SparseMatrix<double> sum_of(Factor factor) const;
 };
 
 /// Static displacements X from K X = F, one column per load. K is factorised in the order of a
@@ -147,6 +185,8 @@ struct NearNodes {
   [[nodiscard]] bool holds(int node) const { return near[static_cast<std::size_t>(node)] != 0; }
 };
 
+FarNodes far_nodes(const NetworkProblem& problem, const NearNodes& near);
+
 struct NearChoice {
   std::optional<NearNodes> nodes{};
   long far_nodes = 0;         ///< number of free far nodes
@@ -163,23 +203,84 @@ struct ReductionSetting {
   int modes = 0;  ///< upper limit
 };
 
-/// Mode basis. A far node moves by phi^T z, where z are the modal coordinates; phi has three
-/// columns of modes() entries per far node.
+/// Mode basis. A far node moves by phi^T z, where z are the modal coordinates and phi is
+/// interpolated between points.
 struct ModeBasis {
-  std::vector<std::ptrdiff_t> column{};  ///< first column of each node; -1: near or fixed node
-  Eigen::MatrixXd phi{};                 ///< modes x 3 far nodes
-  double mass = 0.0;  ///< mass of each mode, equal to the mean mass of a far node [kg]
+  std::unique_ptr<const PointModel> points{};
+  FarNodes far{};
+  Eigen::MatrixXd phi{};        ///< modes x coordinates of the points
+  double mass = 0.0;            ///< mass of each mode, equal to the mean mass of a far node [kg]
+  Eigen::VectorXd stiffness{};  ///< of each mode with all other nodes at rest [N/m]
+  /// Damping by springs and cells that join far nodes with far or fixed nodes only [N s/m].
+  Eigen::MatrixXd damping{};
   [[nodiscard]] Eigen::Index modes() const { return phi.rows(); }
   /// Returns true if the node is a far node.
-  [[nodiscard]] bool holds(int node) const { return column[static_cast<std::size_t>(node)] >= 0; }
-  [[nodiscard]] auto of(int node) const {
-    return phi.middleCols<3>(column[static_cast<std::size_t>(node)]);
-  }
+  [[nodiscard]] bool holds(int node) const { return far[static_cast<std::size_t>(node)] != 0; }
+  /// Returns the three columns of phi of a far node.
+  [[nodiscard]] Eigen::Matrix<double, Eigen::Dynamic, 3> of(int node) const;
 };
 
+/// Builds the basis. The problem must outlive it.
 ModeBasis mode_basis(const NetworkProblem& problem, const ReductionSetting& setting);
 
-// Springs and cells with at least one far node, and sums over them.
+/// Returns the derivatives of a cell's relative volume J by the places of its corners, at rest
+/// [1/m].
+std::array<Eigen::Vector3d, 8> volume_gradient(const SpringNetwork& network,
+                                               const VolumeCell& cell);
+
+/// Spring or cell with far nodes and free near nodes: its part of the energy about rest, k/2 e^2.
+/// For a spring, e is its elongation [m] and k its stiffness [N/m]. For a cell that resists changes
+/// of its volume, e is J - 1 and k = kappa V0 [N m]. With the displacements x of its near nodes,
+/// e = s . z + sum of g . x.
+struct MixedPart {
+  double stiffness = 0.0;
+  double viscosity = 0.0;
+  int near_count = 0;
+  std::array<std::pair<int, Eigen::Vector3d>, 8> near{};  ///< free near nodes, with g
+  Eigen::VectorXd grows{};                                ///< s
+};
+
+/// Calls visit(part) for each spring and cell with far nodes and free near nodes.
+template <class Visit>
+void visit_mixed_parts(const SpringNetwork& network, const ModeBasis& shapes, Visit visit) {
+  MixedPart part;
+  const auto is_near = [&](int node) { return !shapes.holds(node) && !network.is_fixed(node); };
+  const auto is_far = [&](int node) { return shapes.holds(node); };
+  const auto add = [&](int node, const Eigen::Vector3d& gradient) {
+    if (is_far(node)) {
+      part.grows.noalias() += shapes.of(node) * gradient;
+    } else if (is_near(node)) {
+      part.near[static_cast<std::size_t>(part.near_count++)] = {node, gradient};
+    }
+  };
+  const auto begin = [&](double stiffness, double viscosity) {
+    part.stiffness = stiffness;
+    part.viscosity = viscosity;
+    part.near_count = 0;
+    part.grows.setZero(shapes.modes());
+  };
+  for (const Spring& spring : network.springs) {
+    const bool mixed =
+        (is_far(spring.a) && is_near(spring.b)) || (is_near(spring.a) && is_far(spring.b));
+    if (!mixed) { continue; }
+    const Eigen::Vector3d u =
+        (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).normalized();
+    begin(spring.stiffness, spring.viscosity);
+    add(spring.b, u);
+    add(spring.a, -u);
+    visit(std::as_const(part));
+  }
+  for (const VolumeCell& cell : network.cells) {
+    if (cell.stiffness == 0.0 || std::ranges::none_of(cell.nodes, is_far) ||
+        std::ranges::none_of(cell.nodes, is_near)) {
+      continue;
+    }
+    begin(cell.stiffness * cell.volume, cell.viscosity * cell.volume);
+    const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(network, cell);
+    for (std::size_t n = 0; n < 8; ++n) { add(cell.nodes[n], gradient[n]); }
+    visit(std::as_const(part));
+  }
+}
 
 /// Sum of k s s^T over many vectors s, accumulated in blocks.
 class GramSum {
@@ -205,59 +306,5 @@ class GramSum {
   Eigen::MatrixXd sum_;
   Eigen::Index count_ = 0;
 };
-
-/// Returns the derivatives of a cell's relative volume J by the places of its corners, at rest
-/// [1/m].
-std::array<Eigen::Vector3d, 8> volume_gradient(const SpringNetwork& network,
-                                               const VolumeCell& cell);
-
-/// Part of the energy about rest that depends on far nodes, k/2 e^2. For a spring, e is its
-/// elongation [m] and k its stiffness [N/m]. For a cell that resists changes of its volume, e is
-/// J - 1 and k = kappa V0 [N m]. With the displacements x of its near nodes, e = s . z + sum of g .
-/// x.
-struct FarPart {
-  double stiffness = 0.0;
-  double viscosity = 0.0;
-  int near_count = 0;
-  std::array<std::pair<int, Eigen::Vector3d>, 8> near{};  ///< nodes that are not far, with g
-  Eigen::VectorXd grows{};                                ///< s
-
-  void add(const ModeBasis& shapes, int node, const Eigen::Vector3d& gradient) {
-    if (shapes.holds(node)) {
-      grows.noalias() += shapes.of(node) * gradient;
-    } else {
-      near[static_cast<std::size_t>(near_count++)] = {node, gradient};
-    }
-  }
-};
-
-/// Calls visit(part) for each spring and cell with a far node.
-template <class Visit>
-void visit_far_parts(const SpringNetwork& network, const ModeBasis& shapes, Visit visit) {
-  FarPart part;
-  const auto begin = [&](double stiffness, double viscosity) {
-    part.stiffness = stiffness;
-    part.viscosity = viscosity;
-    part.near_count = 0;
-    part.grows.setZero(shapes.modes());
-  };
-  for (const Spring& spring : network.springs) {
-    if (!shapes.holds(spring.a) && !shapes.holds(spring.b)) { continue; }
-    const Eigen::Vector3d u =
-        (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).normalized();
-    begin(spring.stiffness, spring.viscosity);
-    part.add(shapes, spring.b, u);
-    part.add(shapes, spring.a, -u);
-    visit(std::as_const(part));
-  }
-  for (const VolumeCell& cell : network.cells) {
-    const auto far = [&](int node) { return shapes.holds(node); };
-    if (cell.stiffness == 0.0 || std::ranges::none_of(cell.nodes, far)) { continue; }
-    begin(cell.stiffness * cell.volume, cell.viscosity * cell.volume);
-    const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(network, cell);
-    for (std::size_t n = 0; n < 8; ++n) { part.add(shapes, cell.nodes[n], gradient[n]); }
-    visit(std::as_const(part));
-  }
-}
 
 }  // namespace palpate

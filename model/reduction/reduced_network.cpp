@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -43,42 +44,30 @@ template <class Real> class ReducedModel {
     };
     std::map<int, Sum> sums;
     std::map<std::pair<int, int>, Eigen::Matrix3d> pairs;
-    VectorXd stiffness = VectorXd::Zero(modes);
-    GramSum damping(modes);
-    /// Calls visit(node, gradient) for the free near nodes of a part; returns their number.
-    const auto free_ends = [&](const FarPart& part, const auto& visit) {
-      int count = 0;
-      for (int n = 0; n < part.near_count; ++n) {
-        const auto& [node, gradient] = part.near[static_cast<std::size_t>(n)];
-        if (near.coordinate(node) < 0) { continue; }
-        visit(node, gradient);
-        ++count;
-      }
-      return count;
+    const auto ends_of = [](const MixedPart& part) {
+      return std::span(part.near).first(static_cast<std::size_t>(part.near_count));
     };
-    visit_far_parts(network, shapes, [&](const FarPart& part) {
-      stiffness += part.stiffness * part.grows.cwiseAbs2();  // modes are orthogonal: diagonal only
-      const int ends = free_ends(part, [&](int node, const Vector3d& g) {
+    visit_mixed_parts(network, shapes, [&](const MixedPart& part) {
+      for (const auto& [node, g] : ends_of(part)) {
         Sum& sum = sums[node];
         if (sum.coupling.size() == 0) { sum.coupling = MatrixXd::Zero(modes, 3); }
         sum.stiffness += part.stiffness * g * g.transpose();
         sum.coupling += part.stiffness * part.grows * g.transpose();
         sum.stiff += part.stiffness * g.squaredNorm();
         sum.viscous += part.viscosity * g.squaredNorm();
-        free_ends(part, [&](int other, const Vector3d& h) {
-          if (node >= other) { return; }
+        for (const auto& [other, h] : ends_of(part)) {
+          if (node >= other) { continue; }
           const auto at = pairs.try_emplace({node, other}, Eigen::Matrix3d::Zero()).first;
           at->second += part.stiffness * g * h.transpose();
-        });
-      });
-      if (ends == 0) { damping.add(part.grows, part.viscosity); }
+        }
+      }
     });
     // Viscosity between near and far nodes is distributed in proportion to stiffness.
-    visit_far_parts(network, shapes, [&](const FarPart& part) {
+    GramSum damping(modes);
+    visit_mixed_parts(network, shapes, [&](const MixedPart& part) {
       double lags = 0.0;
-      const int ends =
-          free_ends(part, [&](int node, const Vector3d&) { lags += sums.at(node).lag(); });
-      if (ends > 0) { damping.add(part.grows, part.stiffness * lags / ends); }
+      for (const auto& [node, g] : ends_of(part)) { lags += sums.at(node).lag(); }
+      damping.add(part.grows, part.stiffness * lags / part.near_count);
     });
     coupling_.resize(modes, 3 * static_cast<Index>(sums.size()));
     std::map<int, int> edge_of;
@@ -99,8 +88,8 @@ template <class Real> class ReducedModel {
                         .stiffness = pair.template cast<Real>(),
                         .lag = std::sqrt(edge(one).lag * edge(other).lag)});
     }
-    stiffness_ = stiffness.template cast<Real>();
-    damping_ = damping.take().template cast<Real>();
+    stiffness_ = shapes.stiffness.template cast<Real>();
+    damping_ = (damping.take() + shapes.damping).template cast<Real>();
     mass_ = VectorXd::Constant(modes, shapes.mass);
     moved_.setZero(coupling_.cols());
     pulled_.setZero(coupling_.cols());
@@ -329,10 +318,11 @@ struct NearAndFar {
   static NearAndFar of(const NetworkProblem& problem, const ReductionSetting& setting) {
     SpringNetwork near = problem.network();
     const auto is_far = [&](int node) { return !near.is_fixed(node) && !setting.near.holds(node); };
-    near.springs.edit([&](std::vector<Spring>& springs) {
-      std::erase_if(springs,
-                    [&](const Spring& spring) { return is_far(spring.a) || is_far(spring.b); });
-    });
+    std::vector<Spring> kept;
+    std::ranges::copy_if(
+        problem.network().springs, std::back_inserter(kept),
+        [&](const Spring& spring) { return !is_far(spring.a) && !is_far(spring.b); });
+    near.springs = SpringList(kept, near.springs.lattice());
     std::erase_if(near.cells,
                   [&](const VolumeCell& cell) { return std::ranges::any_of(cell.nodes, is_far); });
     for (int node = 0; node < near.node_count(); ++node) {
@@ -347,7 +337,8 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   explicit ReducedNetwork(const NetworkProblem& problem, NearAndFar parts)
       : NearAndFar(std::move(parts)),
         ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, {.further = shapes.modes()}),
-        far_(problem, NearAndFar::near, shapes) {
+        far_(problem, NearAndFar::near, shapes),
+        points_moved_(VectorXd::Zero(shapes.phi.cols())) {
     Eigen::VectorXd mass(this->problem().dof() + far_.modes());
     mass << this->problem().mass(), far_.mass();
     this->set_mass(mass);
@@ -372,17 +363,13 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   void prepare_to_continue(const NetworkSystem<Real>& from) override {
     ListNetwork<Real>::prepare_to_continue(from);
     const auto* other = dynamic_cast<const ReducedNetwork*>(&from);
-    if (other == nullptr || other->shapes.column != shapes.column) {
+    if (other == nullptr || other->shapes.far != shapes.far) {
       throw std::invalid_argument("the far nodes are others than before");
     }
-    const SpringNetwork& network = near.network();
-    MatrixXd product = MatrixXd::Zero(shapes.modes(), other->shapes.modes());
-    for (int node = 0; node < network.node_count(); ++node) {
-      if (!shapes.holds(node)) { continue; }
-      product.noalias() +=
-          network.mass(node) * shapes.of(node) * other->shapes.of(node).transpose();
-    }
-    from_modes_ = (product / shapes.mass).template cast<Real>();
+    const Eigen::SparseMatrix<double> mass = shapes.points->far_mass(shapes.far);
+    const MatrixXd others = other->shapes.phi.transpose();
+    from_modes_ = (shapes.phi * (mass.selfadjointView<Eigen::Lower>() * others) / shapes.mass)
+                      .template cast<Real>();
   }
   void continue_from(const NetworkSystem<Real>& from, const Vector<Real>& q, const Vector<Real>& v,
                      State<Real>& state) noexcept override {
@@ -395,11 +382,34 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
   [[nodiscard]] Eigen::Vector3d moved(const Vector<Real>& all, int node) const noexcept override {
     if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
-    return shapes.of(node).transpose() *
-           all.segment(this->problem().dof(), far_.modes()).template cast<double>();
+    return moved_by(node, [&](Index first) -> Vector3d {
+      return shapes.phi.template middleCols<3>(first).transpose() * modes_of(all);
+    });
+  }
+  void move_all(const Vector<Real>& all) noexcept override {
+    points_moved_.noalias() = shapes.phi.transpose() * modes_of(all);
+  }
+  [[nodiscard]] Eigen::Vector3d moved(int node) const noexcept override {
+    if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
+    return moved_by(
+        node, [&](Index first) -> Vector3d { return points_moved_.template segment<3>(first); });
   }
 
  private:
+  [[nodiscard]] auto modes_of(const Vector<Real>& all) const noexcept {
+    return all.segment(this->problem().dof(), far_.modes()).template cast<double>();
+  }
+  /// Returns the displacement of a far node by those of points, of_point(first coordinate).
+  template <class OfPoint>
+  [[nodiscard]] Vector3d moved_by(int node, OfPoint of_point) const noexcept {
+    const PointModel::Place place = shapes.points->place_of(node);
+    Vector3d moved = Vector3d::Zero();
+    for (std::size_t c = 0; c < place.weight.size(); ++c) {
+      if (place.coordinate[c] < 0 || place.weight[c] == 0.0) { continue; }
+      moved += place.weight[c] * of_point(place.coordinate[c]);
+    }
+    return moved;
+  }
   void add_springs(const Vector<Real>& q, const Vector<Real>& v,
                    Vector<Real>& f) noexcept override {
     ListNetwork<Real>::add_springs(q, v, f);
@@ -416,14 +426,15 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
   [[nodiscard]] std::size_t spring_bytes() const noexcept override {
     return ListNetwork<Real>::spring_bytes() + far_.memory_bytes() + near.memory_bytes() +
-           static_cast<std::size_t>(shapes.phi.size()) * sizeof(double) +
-           shapes.column.capacity() * sizeof(shapes.column[0]);
+           static_cast<std::size_t>(shapes.phi.size() + points_moved_.size()) * sizeof(double) +
+           shapes.far.capacity();
   }
   void add_entries(std::vector<Eigen::Triplet<Real>>& entries) const override {
     far_.add_pattern(entries);
   }
 
   mutable ReducedModel<Real> far_;
+  VectorXd points_moved_{};  ///< of move_all()
   /// Modal coordinates from those of another network; empty without prepare_to_continue().
   Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> from_modes_{};
 };
@@ -501,7 +512,10 @@ double energy_left(const SpringNetwork& network, NodeVectors r) {
 
 ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSetting& setting,
                                const Vector3d& direction)
-    : problem_(problem), network_(problem.network()), direction_(direction) {
+    : problem_(problem),
+      network_(problem.network()),
+      far_(far_nodes(problem, setting.near)),
+      direction_(direction) {
   ReducedNetwork<double> reduced(problem, NearAndFar::of(problem, setting));
   Eigen::SparseMatrix<double> a;
   reduced.pattern(a);
@@ -509,14 +523,6 @@ ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSet
   reduced.jacobian(reduced.initial_position(), still, 0.0, 1.0, a);
   a.diagonal() -= reduced.mass();
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> statics(a);
-  const auto is_far = [&](int node) {
-    return !network_.is_fixed(node) && !setting.near.holds(node);
-  };
-  std::ranges::copy_if(network_.springs, std::back_inserter(far_springs_),
-                       [&](const Spring& s) { return is_far(s.a) || is_far(s.b); });
-  std::ranges::copy_if(network_.cells, std::back_inserter(far_cells_), [&](const VolumeCell& cell) {
-    return cell.stiffness > 0.0 && std::ranges::any_of(cell.nodes, is_far);
-  });
   std::vector<LoadCase> loads = setting.load_cases;
   std::erase_if(loads, [&](const LoadCase& load) {
     return !direction.isZero() && std::abs(load.direction.dot(direction)) < 0.5;
@@ -536,10 +542,11 @@ ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSet
     Response response{.load = load,
                       .moved = NodeVectors(3, network_.node_count()),
                       .compliance = moved.dot(force)};
+    reduced.move_all(moved);
     for (int node = 0; node < network_.node_count(); ++node) {
       const Index first = reduced.layout().first[static_cast<std::size_t>(node)];
       response.moved.col(node) =
-          first >= 0 ? Vector3d(moved.segment<3>(first)) : reduced.moved(moved, node);
+          first >= 0 ? Vector3d(moved.segment<3>(first)) : reduced.moved(node);
     }
     left -= stiffness_times(network_, response.moved);
     const double lacking = energy_left(network_, std::move(left));
@@ -551,7 +558,9 @@ ReductionError::ReductionError(const NetworkProblem& problem, const ReductionSet
 NodeVectors ReductionError::excess(const NodeVectors& position) const {
   constexpr SpringTerms elastic{.viscous = false};
   NodeVectors excess = NodeVectors::Zero(3, network_.node_count());
-  for (const Spring& s : far_springs_) {
+  const auto is_far = [&](int node) { return far_[static_cast<std::size_t>(node)] != 0; };
+  for (const Spring& s : network_.springs) {
+    if (!is_far(s.a) && !is_far(s.b)) { continue; }
     const Vector3d rest = network_.rest_position.col(s.b) - network_.rest_position.col(s.a);
     const Vector3d now = position.col(s.b) - position.col(s.a);
     const Vector3d u = rest.normalized();
@@ -563,7 +572,8 @@ NodeVectors ReductionError::excess(const NodeVectors& position) const {
     excess.col(s.b) -= pull;
   }
   const NodeVectors displacement = position - network_.rest_position;
-  for (const VolumeCell& cell : far_cells_) {
+  for (const VolumeCell& cell : network_.cells) {
+    if (cell.stiffness == 0.0 || std::ranges::none_of(cell.nodes, is_far)) { continue; }
     Corners<double> x;
     for (std::size_t n = 0; n < 8; ++n) {
       const Vector3d place = position.col(cell.nodes[n]);

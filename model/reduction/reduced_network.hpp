@@ -57,9 +57,8 @@ class ReductionError {
 
   const NetworkProblem& problem_;
   const SpringNetwork& network_;
+  FarNodes far_;
   Eigen::Vector3d direction_;
-  std::vector<Spring> far_springs_{};
-  std::vector<VolumeCell> far_cells_{};
   std::vector<Response> responses_{};
   double linear_ = 0.0;
 };

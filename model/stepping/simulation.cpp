@@ -33,6 +33,7 @@ class Simulation::Core {
   [[nodiscard]] virtual Eigen::Vector3d velocity(int node) noexcept = 0;        ///< [m/s]
   virtual void prepare_to_continue(const Core& from) = 0;
   virtual void continue_from(Core& from) noexcept = 0;
+  virtual void positions(Eigen::Ref<NodeVectors> all) const noexcept = 0;  ///< of all nodes [m]
   virtual void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept = 0;
   virtual void velocities(Eigen::Ref<Eigen::VectorXd> v) noexcept = 0;
   virtual double energy() noexcept = 0;
@@ -366,10 +367,17 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   }
 
   [[nodiscard]] Eigen::Vector3d position(int node) const noexcept override {
-    return value_at(state_.position, node);
+    return value_at(state_.position, node, [&] { return network_->moved(state_.position, node); });
+  }
+  void positions(Eigen::Ref<NodeVectors> all) const noexcept override {
+    network_->move_all(state_.position);
+    for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
+      all.col(node) = value_at(state_.position, node, [&] { return network_->moved(node); });
+    }
   }
   [[nodiscard]] Eigen::Vector3d velocity(int node) noexcept override {
-    return value_at(velocity_now(), node);
+    const Vector<Real>& now = velocity_now();
+    return value_at(now, node, [&] { return network_->moved(now, node); });
   }
   void coordinates(Eigen::Ref<Eigen::VectorXd> q) const noexcept override {
     read(state_.position, q);
@@ -517,14 +525,16 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     const Eigen::Index n = network_->layout().size;
     return std::abs(static_cast<double>(tool_->scratch.head(n).dot(state_.velocity.head(n))));
   }
-  /// Returns the value of a network's node; fixed nodes keep their initial value.
-  [[nodiscard]] Eigen::Vector3d value_at(const Vector<Real>& all, int node) const noexcept {
+  /// Returns the value of a network's node; fixed nodes keep their initial value. moved() is that
+  /// of a node without coordinates.
+  template <class Moved>
+  [[nodiscard]] Eigen::Vector3d value_at(const Vector<Real>& all, int node,
+                                         Moved moved) const noexcept {
     const NodeLayout& layout = network_->layout();
     const Eigen::Index first = layout.first[static_cast<std::size_t>(node)];
     if (first >= 0) { return at_node(all, first, layout.stride).template cast<double>(); }
-    const Eigen::Vector3d moved = network_->moved(all, node);
-    if (&all != &state_.position) { return moved; }
-    return network->network().initial_place(node) + moved;
+    if (&all != &state_.position) { return moved(); }
+    return network->network().initial_place(node) + moved();
   }
   /// Copies a vector to the order of the problem.
   void read(const Vector<Real>& from, Eigen::Ref<Eigen::VectorXd> to) const noexcept {
@@ -533,8 +543,9 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
       return;
     }
     Eigen::Index n = 0;
+    network_->move_all(from);
     for (const int node : network->free_nodes()) {
-      to.segment<3>(n) = value_at(from, node);
+      to.segment<3>(n) = value_at(from, node, [&] { return network_->moved(node); });
       n += 3;
     }
   }
@@ -644,9 +655,7 @@ double Simulation::awake_share() const noexcept { return core_->awake_share(); }
 std::size_t Simulation::memory_bytes() const noexcept { return core_->memory_bytes(); }
 
 void Simulation::node_positions(Eigen::Ref<NodeVectors> all) const noexcept {
-  for (int node = 0; node < static_cast<int>(all.cols()); ++node) {
-    all.col(node) = core_->position(node);
-  }
+  if (core_->network != nullptr) { core_->positions(all); }
 }
 NodeVectors Simulation::node_positions() const {
   if (core_->network == nullptr) { return {}; }
