@@ -174,9 +174,6 @@ const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& prob
   }
   if (relaxes(network)) { return "its springs relax"; }
   if (!scene.tissue.gravity.isZero()) { return "gravity pulls at what lies further away"; }
-  if (network.initial_displacement.size() > 0 || network.initial_velocity.size() > 0) {
-    return "the tissue does not begin at rest";
-  }
   if (scene.simulation.printed.any()) { return "the printed equations are not linear about rest"; }
   if (network.springs.lattice()) { return nullptr; }
   if (problem.free_nodes().size() > most_factorised_nodes) {
@@ -200,6 +197,14 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   const auto is_far = [&](int node) { return !nodes.holds(node); };
   const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
   if (far == 0) { return {.obstacle = "no free node lies further away"}; }
+  const auto moves = [&](const NodeVectors& begin) {
+    return begin.cols() > 0 && std::ranges::any_of(problem.free_nodes(), [&](int node) {
+             return is_far(node) && !begin.col(node).isZero(0.0);
+           });
+  };
+  if (moves(problem.network().initial_displacement) || moves(problem.network().initial_velocity)) {
+    return {.obstacle = "what lies further away does not begin at rest"};
+  }
   return {.nodes = std::move(nodes), .far_nodes = far};
 }
 

@@ -35,6 +35,8 @@ constexpr int most_automatic_substeps_with_tool = 25;
 /// substeps.
 constexpr std::size_t most_nodes_factorised = 8000;
 constexpr int most_automatic_substeps_of_many = 1000;
+/// Factors of a cube of n nodes grow with n^1.4; these have 4 GB (22,000 nodes have 0.46 GB).
+constexpr std::size_t most_implicit_nodes = 100'000;
 
 std::string number(double value) { return number_in_words(value, 3); }
 
@@ -99,6 +101,16 @@ void choose_integrator(const Scene& scene, std::size_t nodes, StepPlan& plan) {
       explicit_works ? "second order, explicit, stable with " + number(needed) + " substeps a tick"
                      : "explicit schemes would need " + number(needed) +
                            " substeps a tick; this one has no limit";
+}
+
+void refuse_large_factors(std::size_t nodes, const StepPlan& plan) {
+  if (!plan.integrator->implicit || nodes <= most_implicit_nodes) { return; }
+  throw std::invalid_argument("integrator \"" + std::string(plan.integrator->name) +
+                              "\" factorises the stiffness of " + std::to_string(nodes) +
+                              " nodes, which takes gigabytes and hours; at most " +
+                              std::to_string(most_implicit_nodes) +
+                              ", by simulation.near_radius or a coarser spacing, or an explicit "
+                              "scheme with a shorter step");
 }
 
 void choose_substeps(const Scene& scene, StepPlan& plan) {
@@ -468,7 +480,9 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
                            : stable_step(*info, plan.bounds.omega_upper, plan.bounds.damping_upper);
   }
   if (network != nullptr) { choose_near(scene, *network, plan); }
-  choose_integrator(scene, network != nullptr ? stepped_nodes(scene, *network, plan) : 1, plan);
+  const std::size_t nodes = network != nullptr ? stepped_nodes(scene, *network, plan) : 1;
+  choose_integrator(scene, nodes, plan);
+  refuse_large_factors(nodes, plan);
   if (scene.simulation.printed.lagged_velocity && !plan.integrator->one_evaluation) {
     throw std::invalid_argument(
         "integrator \"" + std::string(plan.integrator->name) +

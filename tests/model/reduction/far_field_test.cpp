@@ -598,6 +598,58 @@ TEST("near is what lies within the radius of a pushed node, along every line") {
   }
 }
 
+TEST("below the contact point after the end of a trajectory no node is near") {
+  Scene scene = scene_of(9, 0.004);
+  scene.drive->depth = 0.007;
+  const Simulation simulation(scene);
+  const NodeVectors rest = simulation.node_positions();
+  const auto deepest = [&](const Simulation& of) {
+    double depth = 0.0;
+    for (int node = 0; node < static_cast<int>(rest.cols()); ++node) {
+      if (of.plan().far->near.holds(node)) { depth = std::max(depth, rest(2, node)); }
+    }
+    return depth;
+  };
+  CHECK_NEAR(deepest(simulation), 0.01, 1e-12);
+  scene.simulation.duration = 0.14;  // the needle comes to 7 mm
+  const VectorXd to_end = forces_of(scene);
+  scene.drive->depth.reset();
+  CHECK(deepest(Simulation(scene)) > 0.011);
+  const VectorXd through = forces_of(scene);
+  scene.simulation.near_radius = 0.0;
+  const VectorXd whole = forces_of(scene);
+  const double error = (through - whole).lpNorm<Eigen::Infinity>();
+  CHECK(error < 0.03 * whole.maxCoeff());
+  CHECK((to_end - whole).lpNorm<Eigen::Infinity>() < error + 0.005 * whole.maxCoeff());
+}
+
+TEST("near nodes may begin in motion, far ones may not") {
+  const Scene scene = scene_of(9, 0.004);
+  SpringNetwork network = build_network(scene);
+  const auto near = Simulation(scene, network).plan().far->near;
+  const auto far_with = [&](bool all) {
+    network.initial_velocity = NodeVectors::Zero(3, network.node_count());
+    for (int node = 0; node < static_cast<int>(network.node_count()); ++node) {
+      if (all || near.holds(node)) { network.initial_velocity.col(node).setConstant(0.01); }
+    }
+    Simulation simulation(scene, network);
+    VectorXd velocities(3 * std::ranges::count(network.fixed, 0));
+    simulation.velocities(velocities);
+    CHECK_NEAR(velocities.maxCoeff(), 0.01, 0.0);
+    CHECK_NEAR(velocities.minCoeff(), all ? 0.01 : 0.0, 0.0);
+    return simulation.plan().far != nullptr;
+  };
+  CHECK(far_with(false));
+  CHECK(!far_with(true));
+}
+
+TEST("an implicit scheme refuses more nodes than it can factorise") {
+  Scene scene = pulled_cube(0.0, 1);
+  scene.tissue.lattice.nodes = {47, 47, 47};
+  scene.simulation.integrator = "implicit-euler";
+  CHECK_THROWS_AS(std::invalid_argument, Simulation(scene), "factorises the stiffness of 101614");
+}
+
 TEST("a step that is stable for the whole tissue is stable with a far field") {
   for (const int modes : {1, 10, 100}) {
     Scene scene = pulled_cube(0.015, modes);
