@@ -37,13 +37,11 @@ FaultScript wire_faults(const Scene& scene) {
 
 std::unique_ptr<Subject> subject_of(const Scene& scene, const SceneLoopOptions& options) {
   if (!options.subject) {
-    return std::make_unique<ModelSubject>(options.network != nullptr
-                                              ? Simulation(scene, *options.network, options.skip)
-                                              : Simulation(scene, options.skip));
+    return std::make_unique<ModelSubject>(
+        options.network != nullptr ? Simulation(scene, *options.network) : Simulation(scene));
   }
   std::unique_ptr<Subject> subject = options.subject();
-  subject->load(scene, options.network != nullptr ? *options.network : build_network(scene),
-                options.skip);
+  subject->load(scene, options.network != nullptr ? *options.network : build_network(scene), true);
   return subject;
 }
 

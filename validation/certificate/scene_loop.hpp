@@ -19,7 +19,6 @@
 namespace palpate::certificate {
 
 struct SceneLoopOptions {
-  bool skip = true;     ///< false: compute what the scene does not need
   bool faults = false;  ///< inject faults on the Falcon's line and on the pressure link
   const SpringNetwork* network = nullptr;  ///< replaces the tissue of the scene; nullptr: keep it
   std::function<std::unique_ptr<Subject>()> subject{};  ///< empty: the model

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "model/problem/tool.hpp"
+#include "model/reduction/mode_basis.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/timing.hpp"
 #include "validation/number_text.hpp"
@@ -212,9 +213,7 @@ class Prober {
       budget_.absent = absent_events(scene_, whole_.happenings);
       add_scene();
       if (!plan_.subject) {  // what only the model can be asked for
-        add_beginning("nothing skipped",
-                      "everything awake: what the scene does not need is computed too",
-                      loop_with({.skip = false}));
+        add_awake();
         add_denormals();
       }
       if (scene_.syringe || (scene_.drive && scene_.drive->kind == Drive::Kind::falcon)) {
@@ -263,7 +262,17 @@ class Prober {
   void add_beginning(const std::string& name, const std::string& what, const Make& make) {
     add(name, what, time_passes({.make = make, .most_ticks = beginning}, plan_));
   }
-  /// Runs with denormal velocities, as at the end of a decaying motion.
+  /// Runs with every node awake, which a disturbance could do. No other part that a scene skips can
+  /// become necessary in its run.
+  void add_awake() {
+    if (!(scene_.simulation.sleep_force > 0.0)) { return; }
+    Scene awake = scene_;
+    awake.simulation.sleep_force = 0.0;
+    add_beginning("everything awake", "all nodes, without simulation.sleep_force",
+                  [&] { return std::make_unique<SceneLoop>(awake, plan_.rate); });
+  }
+  /// Runs with denormal velocities, as at the end of a decaying motion, of all nodes that are
+  /// integrated.
   void add_denormals() {
     constexpr double denormal = 1e-310;
     const std::string name = "denormal numbers";
@@ -278,8 +287,10 @@ class Prober {
     }
     SpringNetwork network = build_network(scene_);
     network.initial_velocity = NodeVectors::Zero(3, network.node_count());
+    const auto far = Simulation(scene_, network).plan().far;
     for (int node = 0; node < network.node_count(); ++node) {
-      if (!network.is_fixed(node)) { network.initial_velocity.col(node).setConstant(denormal); }
+      if (network.is_fixed(node) || (far && !far->near.holds(node))) { continue; }
+      network.initial_velocity.col(node).setConstant(denormal);
     }
     add_beginning(name, what, loop_with({.network = &network}));
   }
