@@ -366,7 +366,8 @@ class Sampler {
   double largest_time_ = 0.0;   ///< [s]
   NodeVectors at_largest_{};
   static constexpr long state_checks = 200;
-  /// Reading more nodes than this takes longer than a tick and evicts its data from the caches.
+  /// Larger networks are read less often, because that evicts the data of the ticks from the
+  /// caches.
   static constexpr Eigen::Index many_nodes = 100'000;
   static constexpr long state_checks_of_many = 20;
   bool many_ = false;

@@ -28,8 +28,10 @@ template <class Real> class NetworkSystem : public System<Real> {
                                               int /*node*/) const noexcept {
     return Eigen::Vector3d::Zero();
   }
-  /// Prepares moved(node) for all nodes, which is then cheaper than moved(all, node).
+  /// Prepares moved(node) for all nodes, which is then cheaper than moved(all, node). For one
+  /// thread at a time.
   virtual void move_all(const Vector<Real>& /*all*/) noexcept {}
+  /// Returns moved(all, node) for the vector of the last move_all().
   [[nodiscard]] virtual Eigen::Vector3d moved(int /*node*/) const noexcept {
     return Eigen::Vector3d::Zero();
   }

@@ -20,12 +20,25 @@ namespace palpate {
 
 namespace {
 
+/// Returns true if a node begins displaced or in motion, by more than a denormal number.
+bool begins_moved(const SpringNetwork& network, int node) {
+  const auto moved = [&](const NodeVectors& begin) {
+    return begin.cols() > 0 &&
+           begin.col(node).lpNorm<Eigen::Infinity>() >= std::numeric_limits<double>::min();
+  };
+  return moved(network.initial_displacement) || moved(network.initial_velocity);
+}
+
 /// Returns the depth on its line that the tip never passes [m]; infinite if the drive sets no end,
-/// or if loads could lift the tissue towards the tip.
-double reach_of(const Scene& scene) {
+/// or if something could lift the tissue towards the tip.
+double reach_of(const Scene& scene, const SpringNetwork& network) {
+  constexpr double unknown = std::numeric_limits<double>::infinity();
   const Drive drive = scene.drive.value_or(Drive{});
   if (drive.kind != Drive::Kind::trajectory || !drive.depth || !scene.loads.empty()) {
-    return std::numeric_limits<double>::infinity();
+    return unknown;
+  }
+  for (int node = 0; node < static_cast<int>(network.node_count()); ++node) {
+    if (begins_moved(network, node)) { return unknown; }
   }
   return std::max(drive.from, *drive.depth);
 }
@@ -66,13 +79,14 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
       for (auto& on : places_of_face(*scene.probe->path, *path.sliding_face())) {
         add(std::move(on), path.direction());
       }
-      return load_cases;
     }
-    // A tip between two contact points loads both.
-    const auto first_beyond =
-        std::ranges::lower_bound(path.knots(), reach_of(scene), {}, &NeedlePath::Knot::depth);
-    const auto end = first_beyond == path.knots().end() ? first_beyond : first_beyond + 1;
-    for (const NeedlePath::Knot& knot : std::ranges::subrange(path.knots().begin(), end)) {
+    // A tip between two contact points loads both. One more is for tissue that springs back.
+    const auto reached = std::ranges::lower_bound(path.knots(), reach_of(scene, problem.network()),
+                                                  {}, &NeedlePath::Knot::depth) -
+                         path.knots().begin();
+    const auto count = std::min<std::size_t>(static_cast<std::size_t>(reached) + 2,
+                                             path.sliding_face() ? 0 : path.knots().size());
+    for (const NeedlePath::Knot& knot : std::span(path.knots()).first(count)) {
       const auto supports = path.supports(knot);
       for (int axis = 0; axis < 3; ++axis) {
         add({supports.begin(), supports.end()}, Eigen::Vector3d::Unit(axis));
@@ -197,13 +211,11 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   const auto is_far = [&](int node) { return !nodes.holds(node); };
   const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
   if (far == 0) { return {.obstacle = "no free node lies further away"}; }
-  const auto moves = [&](const NodeVectors& begin) {
-    return begin.cols() > 0 && std::ranges::any_of(problem.free_nodes(), [&](int node) {
-             return is_far(node) && !begin.col(node).isZero(0.0);
-           });
-  };
-  if (moves(problem.network().initial_displacement) || moves(problem.network().initial_velocity)) {
-    return {.obstacle = "what lies further away does not begin at rest"};
+  const SpringNetwork& network = problem.network();
+  for (int node = 0; node < static_cast<int>(network.node_count()); ++node) {
+    if ((network.is_fixed(node) || is_far(node)) && begins_moved(network, node)) {
+      return {.obstacle = "what lies further away, or is fixed, does not begin at rest"};
+    }
   }
   return {.nodes = std::move(nodes), .far_nodes = far};
 }

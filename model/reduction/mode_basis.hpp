@@ -29,13 +29,14 @@ struct LoadCase {
 };
 
 /// Returns the load cases at the free contact points that the scene's tool can reach, along x, y
-/// and z, and at the loaded free nodes. The depth of a trajectory ends its reach.
+/// and z, and at the loaded free nodes. The depth of a trajectory, with one contact point more than
+/// it needs, ends its reach.
 std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& problem);
 
 /// Returns the nodes that the scene's tool can load, fixed ones too, some several times.
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
 
-/// Sums over springs and cells: of their stiffnesses or of their viscosities.
+/// What springs and cells resist: by their stiffness, or by their viscosity.
 enum class Resists { displacement, velocity };
 
 /// 1 for each far node, 0 for each near or fixed one.

@@ -338,6 +338,7 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
       : NearAndFar(std::move(parts)),
         ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, {.further = shapes.modes()}),
         far_(problem, NearAndFar::near, shapes),
+        modes_moved_(VectorXd::Zero(far_.modes())),
         points_moved_(VectorXd::Zero(shapes.phi.cols())) {
     Eigen::VectorXd mass(this->problem().dof() + far_.modes());
     mass << this->problem().mass(), far_.mass();
@@ -363,7 +364,8 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   void prepare_to_continue(const NetworkSystem<Real>& from) override {
     ListNetwork<Real>::prepare_to_continue(from);
     const auto* other = dynamic_cast<const ReducedNetwork*>(&from);
-    if (other == nullptr || other->shapes.far != shapes.far) {
+    if (other == nullptr || other->shapes.far != shapes.far ||
+        other->shapes.phi.cols() != shapes.phi.cols()) {
       throw std::invalid_argument("the far nodes are others than before");
     }
     const Eigen::SparseMatrix<double> mass = shapes.points->far_mass(shapes.far);
@@ -387,7 +389,8 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
     });
   }
   void move_all(const Vector<Real>& all) noexcept override {
-    points_moved_.noalias() = shapes.phi.transpose() * modes_of(all);
+    modes_moved_ = modes_of(all);
+    points_moved_.noalias() = shapes.phi.transpose() * modes_moved_;
   }
   [[nodiscard]] Eigen::Vector3d moved(int node) const noexcept override {
     if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
@@ -434,7 +437,8 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
 
   mutable ReducedModel<Real> far_;
-  VectorXd points_moved_{};  ///< of move_all()
+  VectorXd modes_moved_{};  ///< of move_all()
+  VectorXd points_moved_{};
   /// Modal coordinates from those of another network; empty without prepare_to_continue().
   Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> from_modes_{};
 };

@@ -13,7 +13,8 @@ namespace palpate {
 
 /// Builds a network with the near nodes as a list of springs and a reduced-order model of the far
 /// nodes. The coordinates of the near nodes come first, then the modal coordinates. The tissue must
-/// be at rest at its natural lengths, without weight, and loaded at near nodes only.
+/// be at rest at its natural lengths, without weight, and loaded at near nodes only. The problem
+/// must outlive the network.
 template <class Real>
 std::unique_ptr<NetworkSystem<Real>> make_reduced_network(const NetworkProblem& problem,
                                                           const ReductionSetting& setting);

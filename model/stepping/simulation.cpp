@@ -461,15 +461,19 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   void bend_contact(const Scene& scene) {
     LargeDent& large = plan.tip.large;
     if (large.dent.empty()) { return; }
+    const NeedlePath path(scene, network->network());
     std::unique_ptr<NetworkSystem<Real>> list;  // explicit schemes may have no matrices
     if (!plan.integrator->implicit) {
+      if (network->free_nodes().size() > most_implicit_nodes) {
+        plan.warnings.push_back(membrane_warning(path, plan.tip));
+        return;
+      }
       StepPlan still = plan;
       still.lattice = false;
       still.integrator = find_integrator("implicit-euler");
       list = make_network_system<Real>(*network, still);
     }
     NetworkSystem<Real>& pressed = list ? *list : *network_;
-    const NeedlePath path(scene, network->network());
     const std::size_t count = large.dent.size();
     const std::vector<double> own =
         dents_of_grid(pressed, path, path.knots().front().depth, large.step, count);

@@ -35,8 +35,8 @@ constexpr int most_automatic_substeps_with_tool = 25;
 /// substeps.
 constexpr std::size_t most_nodes_factorised = 8000;
 constexpr int most_automatic_substeps_of_many = 1000;
-/// Factors of a cube of n nodes grow with n^1.4; these have 4 GB (22,000 nodes have 0.46 GB).
-constexpr std::size_t most_implicit_nodes = 100'000;
+
+const std::string no_far_field = "nothing is left to a far field: ";
 
 std::string number(double value) { return number_in_words(value, 3); }
 
@@ -52,7 +52,7 @@ void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   if (!(radius > 0.0) || !plan.skip) { return; }
   NearChoice choice = choose_near_nodes(scene, problem);
   if (!choice.nodes) {
-    plan.warnings.push_back(std::string("nothing is left to a far field: ") + choice.obstacle);
+    plan.warnings.push_back(no_far_field + choice.obstacle);
     return;
   }
   plan.far = std::make_shared<const ReductionSetting>(
@@ -105,12 +105,17 @@ void choose_integrator(const Scene& scene, std::size_t nodes, StepPlan& plan) {
 
 void refuse_large_factors(std::size_t nodes, const StepPlan& plan) {
   if (!plan.integrator->implicit || nodes <= most_implicit_nodes) { return; }
+  const auto no_far = std::ranges::find_if(
+      plan.warnings, [](const std::string& warning) { return warning.starts_with(no_far_field); });
+  std::string why;
+  if (!plan.skip) { why = "; --no-skip integrates every node"; }
+  if (no_far != plan.warnings.end()) { why = "; " + *no_far; }
   throw std::invalid_argument("integrator \"" + std::string(plan.integrator->name) +
                               "\" factorises the stiffness of " + std::to_string(nodes) +
-                              " nodes, which takes gigabytes and hours; at most " +
-                              std::to_string(most_implicit_nodes) +
+                              " nodes; at most " + std::to_string(most_implicit_nodes) +
                               ", by simulation.near_radius or a coarser spacing, or an explicit "
-                              "scheme with a shorter step");
+                              "scheme with a shorter step" +
+                              why);
 }
 
 void choose_substeps(const Scene& scene, StepPlan& plan) {

@@ -21,6 +21,10 @@ template <class Real> class NetworkSystem;  // network_system.hpp
 /// Automatic substeps keep h below this fraction of the stable step.
 inline constexpr double stability_margin = 0.5;
 
+/// Largest number of nodes whose stiffness an implicit scheme factorises. The memory of the factors
+/// grows faster than the nodes (docs/notebook/reduced-order-model.md).
+inline constexpr std::size_t most_implicit_nodes = 100'000;
+
 struct StepPlan {
   const IntegratorInfo* integrator = nullptr;
   std::string integrator_reason{};

@@ -8,6 +8,7 @@
 
 #include "model/problem/tool.hpp"
 #include "model/reduction/mode_basis.hpp"
+#include "model/stepping/step_plan.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "validation/bench/timing.hpp"
 #include "validation/number_text.hpp"
@@ -268,6 +269,7 @@ class Prober {
     if (!(scene_.simulation.sleep_force > 0.0)) { return; }
     Scene awake = scene_;
     awake.simulation.sleep_force = 0.0;
+    awake.simulation.threads = 1;  // as while nodes may sleep
     add_beginning("everything awake", "all nodes, without simulation.sleep_force",
                   [&] { return std::make_unique<SceneLoop>(awake, plan_.rate); });
   }
@@ -287,7 +289,7 @@ class Prober {
     }
     SpringNetwork network = build_network(scene_);
     network.initial_velocity = NodeVectors::Zero(3, network.node_count());
-    const auto far = Simulation(scene_, network).plan().far;
+    const auto far = plan_steps(scene_, *make_problem(scene_)).far;
     for (int node = 0; node < network.node_count(); ++node) {
       if (network.is_fixed(node) || (far && !far->near.holds(node))) { continue; }
       network.initial_velocity.col(node).setConstant(denormal);
