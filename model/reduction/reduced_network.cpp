@@ -338,7 +338,6 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
       : NearAndFar(std::move(parts)),
         ListNetwork<Real>(NearAndFar::near, {}, 0.0, true, {.further = shapes.modes()}),
         far_(problem, NearAndFar::near, shapes),
-        modes_moved_(VectorXd::Zero(far_.modes())),
         points_moved_(VectorXd::Zero(shapes.phi.cols())) {
     Eigen::VectorXd mass(this->problem().dof() + far_.modes());
     mass << this->problem().mass(), far_.mass();
@@ -385,12 +384,13 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   [[nodiscard]] Eigen::Vector3d moved(const Vector<Real>& all, int node) const noexcept override {
     if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
     return moved_by(node, [&](Index first) -> Vector3d {
-      return shapes.phi.template middleCols<3>(first).transpose() * modes_of(all);
+      return {point_moved(all, first), point_moved(all, first + 1), point_moved(all, first + 2)};
     });
   }
   void move_all(const Vector<Real>& all) noexcept override {
-    modes_moved_ = modes_of(all);
-    points_moved_.noalias() = shapes.phi.transpose() * modes_moved_;
+    for (Index at = 0; at < points_moved_.size(); ++at) {
+      points_moved_(at) = point_moved(all, at);
+    }
   }
   [[nodiscard]] Eigen::Vector3d moved(int node) const noexcept override {
     if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
@@ -399,8 +399,10 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
 
  private:
-  [[nodiscard]] auto modes_of(const Vector<Real>& all) const noexcept {
-    return all.segment(this->problem().dof(), far_.modes()).template cast<double>();
+  /// Returns a coordinate of the points' displacements.
+  [[nodiscard]] double point_moved(const Vector<Real>& all, Index at) const noexcept {
+    const auto modes = all.segment(this->problem().dof(), far_.modes());
+    return shapes.phi.col(at).dot(modes.template cast<double>());
   }
   /// Returns the displacement of a far node by those of points, of_point(first coordinate).
   template <class OfPoint>
@@ -437,8 +439,7 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
 
   mutable ReducedModel<Real> far_;
-  VectorXd modes_moved_{};  ///< of move_all()
-  VectorXd points_moved_{};
+  VectorXd points_moved_{};  ///< of move_all()
   /// Modal coordinates from those of another network; empty without prepare_to_continue().
   Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> from_modes_{};
 };
