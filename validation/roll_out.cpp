@@ -106,9 +106,7 @@ class Sampler {
       append({{"tissue.smallest_jacobian", "1", {}}});
       all_nodes_ = subject.node_positions();
     }
-    many_ = all_nodes_.cols() > many_nodes;
-    check_interval_ =
-        std::max<long>(1, subject.tick_count() / (many_ ? state_checks_of_many : state_checks));
+    check_interval_ = std::max<long>(1, subject.tick_count() / state_checks);
     row_.resize(trace.columns.size());
     if (options.extremes) { find_extreme_columns(); }
     const auto rows =
@@ -274,8 +272,7 @@ class Sampler {
   void check_state_if_due() {
     const bool ends = subject_.ticks() == 0 || subject_.ticks() == subject_.tick_count();
     const bool due = subject_.ticks() % check_interval_ == 0 || !subject_.tool_happenings().empty();
-    checked_ = ends || due;
-    if (!checked_) { return; }
+    if (!ends && !due) { return; }
     if (ends || !paced_) { state_finite_ = subject_.has_finite_state(); }
     if (options_.cells == nullptr || !state_finite_) { return; }
     subject_.node_positions(all_nodes_);
@@ -319,7 +316,7 @@ class Sampler {
   void take_keyframe() noexcept {
     if (trace_.keyframes.time.empty()) { return; }
     const double force = row_[force_column_];
-    if (std::isfinite(force) && force > largest_force_ && (checked_ || !many_)) {
+    if (std::isfinite(force) && force > largest_force_) {
       largest_force_ = force;
       largest_time_ = subject_.time();
       subject_.node_positions(at_largest_);
@@ -366,12 +363,6 @@ class Sampler {
   double largest_time_ = 0.0;   ///< [s]
   NodeVectors at_largest_{};
   static constexpr long state_checks = 200;
-  /// Larger networks are read less often, because that evicts the data of the ticks from the
-  /// caches.
-  static constexpr Eigen::Index many_nodes = 100'000;
-  static constexpr long state_checks_of_many = 20;
-  bool many_ = false;
-  bool checked_ = false;     ///< in this tick
   long check_interval_ = 1;  ///< [ticks]
   double jacobian_ = 1.0;    ///< of the last check
   NodeVectors all_nodes_{};

@@ -60,9 +60,8 @@ struct SampleOptions {
   int frames = 0;     ///< number of frames, evenly spaced over the ticks
   int keyframes = 0;  ///< number of keyframes at the first ticks with events; one more at the
                       ///< largest tool force
-  /// Network whose cells are checked 200 times and at events; adds the column
-  /// "tissue.smallest_jacobian", which keeps its value between checks. With more than 100,000 nodes
-  /// there are 20 checks, and the keyframe of the largest force is taken at one of these ticks.
+  /// Network whose cells are checked at the frames, at events, and 200 times in between; adds the
+  /// column "tissue.smallest_jacobian", which keeps its value between checks.
   const SpringNetwork* cells = nullptr;
 };
 

@@ -75,18 +75,18 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
   };
   if (scene.needle || scene.probe) {
     const NeedlePath path(scene, problem.network());
+    std::span<const NeedlePath::Knot> knots = path.knots();
     if (path.sliding_face()) {
+      knots = {};
       for (auto& on : places_of_face(*scene.probe->path, *path.sliding_face())) {
         add(std::move(on), path.direction());
       }
     }
+    const auto beyond = std::ranges::lower_bound(knots, reach_of(scene, problem.network()), {},
+                                                 &NeedlePath::Knot::depth);
     // A tip between two contact points loads both. One more is for tissue that springs back.
-    const auto reached = std::ranges::lower_bound(path.knots(), reach_of(scene, problem.network()),
-                                                  {}, &NeedlePath::Knot::depth) -
-                         path.knots().begin();
-    const auto count = std::min<std::size_t>(static_cast<std::size_t>(reached) + 2,
-                                             path.sliding_face() ? 0 : path.knots().size());
-    for (const NeedlePath::Knot& knot : std::span(path.knots()).first(count)) {
+    const auto reached = static_cast<std::size_t>(beyond - knots.begin()) + 2;
+    for (const NeedlePath::Knot& knot : knots.first(std::min(reached, knots.size()))) {
       const auto supports = path.supports(knot);
       for (int axis = 0; axis < 3; ++axis) {
         add({supports.begin(), supports.end()}, Eigen::Vector3d::Unit(axis));
@@ -396,28 +396,50 @@ bool is_part_of_far(const SpringNetwork& network, const FarNodes& far, std::span
          });
 }
 
-/// Returns the factor of a spring or a cell in the far part; 0 outside of it.
-auto factor_in_far(const SpringNetwork& network, const FarNodes& far, Resists what) {
-  return [&network, &far, what](const auto& part) {
-    if constexpr (requires { part.nodes; }) {
-      if (part.stiffness == 0.0 || !is_part_of_far(network, far, part.nodes)) { return 0.0; }
-      return part.volume * (what == Resists::displacement ? part.stiffness : part.viscosity);
-    } else {
-      const std::array nodes{part.a, part.b};
-      if (!is_part_of_far(network, far, nodes)) { return 0.0; }
-      return what == Resists::displacement ? part.stiffness : part.viscosity;
-    }
+/// Returns the factor of g g^T in the sum of a spring, g being its growth.
+double factor_of(const Spring& spring, Constant which) {
+  return which == Constant::stiffness ? spring.stiffness : spring.viscosity;
+}
+/// The same of a cell, g being the growth of its relative volume; 0 if it does not resist that.
+double factor_of(const VolumeCell& cell, Constant which) {
+  if (cell.stiffness == 0.0) { return 0.0; }
+  return cell.volume * (which == Constant::stiffness ? cell.stiffness : cell.viscosity);
+}
+std::array<int, 2> nodes_of(const Spring& spring) { return {spring.a, spring.b}; }
+const std::array<int, 8>& nodes_of(const VolumeCell& cell) { return cell.nodes; }
+
+/// Returns factor_of() for springs and cells in the far part; 0 outside of it.
+auto factor_in_far(const SpringNetwork& network, const FarNodes& far, Constant which) {
+  return [&network, &far, which](const auto& part) {
+    const double factor = factor_of(part, which);
+    return factor != 0.0 && is_part_of_far(network, far, nodes_of(part)) ? factor : 0.0;
   };
 }
 
 }  // namespace
 
+auto GradedLattice::zero_cells() const -> std::vector<CellMatrix> {
+  return std::vector<CellMatrix>((axes_[0].size() - 1) * (axes_[1].size() - 1) *
+                                 (axes_[2].size() - 1));
+}
+
+auto GradedLattice::growth_of(const VolumeCell& fine, const Cell& cell) const -> Growth {
+  const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(problem_.network(), fine);
+  Growth growth = Growth::Zero();
+  for (std::size_t n = 0; n < 8; ++n) {
+    const Place at = place_in(fine.nodes[n], cell);
+    for (int corner = 0; corner < corners; ++corner) {
+      growth.segment<3>(3 * corner) += at.weight[static_cast<std::size_t>(corner)] * gradient[n];
+    }
+  }
+  return growth;
+}
+
 // Springs are not longer than the coarse cells, so each is inside one.
 template <class Factor>
 auto GradedLattice::of_springs(Factor factor) const -> std::vector<CellMatrix> {
   const SpringNetwork& network = problem_.network();
-  std::vector<CellMatrix> cells((axes_[0].size() - 1) * (axes_[1].size() - 1) *
-                                (axes_[2].size() - 1));
+  std::vector<CellMatrix> cells = zero_cells();
   for (const Spring& spring : network.springs) {
     const double k = factor(spring);
     if (k == 0.0) { continue; }
@@ -454,15 +476,8 @@ void GradedLattice::add_mean_volumes(std::vector<CellMatrix>& cells) const {
     const Cell cell = cell_from(shape_.place(*std::ranges::min_element(fine.nodes)));
     const std::size_t number = number_of(cell);
     Sum& sum = sums[number];
-    const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(network, fine);
-    for (std::size_t n = 0; n < 8; ++n) {
-      const Place at = place_in(fine.nodes[n], cell);
-      for (int corner = 0; corner < corners; ++corner) {
-        sum.growth.segment<3>(3 * corner) +=
-            at.weight[static_cast<std::size_t>(corner)] * fine.volume * gradient[n];
-      }
-      cells[number].coordinate = at.coordinate;
-    }
+    sum.growth += fine.volume * growth_of(fine, cell);
+    cells[number].coordinate = place_in(fine.nodes[0], cell).coordinate;
     sum.volume += fine.volume;
     sum.modulus += fine.stiffness * fine.volume;
   }
@@ -500,32 +515,23 @@ Eigen::SparseMatrix<double> GradedLattice::stiffness() const {
   return assembled(cells);
 }
 
-Eigen::SparseMatrix<double> GradedLattice::far_part(const FarNodes& far, Resists what) const {
+Eigen::SparseMatrix<double> GradedLattice::far_part(const FarNodes& far, Constant which) const {
   const SpringNetwork& network = problem_.network();
-  const auto factor = factor_in_far(network, far, what);
+  const auto factor = factor_in_far(network, far, which);
   std::vector<CellMatrix> cells = of_springs(factor);
   for (const VolumeCell& fine : network.cells) {
     const double k = factor(fine);
     if (k == 0.0) { continue; }
     const Cell cell = cell_from(shape_.place(*std::ranges::min_element(fine.nodes)));
     CellMatrix& into = cells[number_of(cell)];
-    const std::array<Eigen::Vector3d, 8> gradient = volume_gradient(network, fine);
-    Growth grows = Growth::Zero();
-    for (std::size_t n = 0; n < 8; ++n) {
-      const Place at = place_in(fine.nodes[n], cell);
-      for (int corner = 0; corner < corners; ++corner) {
-        grows.segment<3>(3 * corner) += at.weight[static_cast<std::size_t>(corner)] * gradient[n];
-      }
-      into.coordinate = at.coordinate;
-    }
-    into.matrix.selfadjointView<Eigen::Lower>().rankUpdate(grows, k);
+    into.coordinate = place_in(fine.nodes[0], cell).coordinate;
+    into.matrix.selfadjointView<Eigen::Lower>().rankUpdate(growth_of(fine, cell), k);
   }
   return assembled(cells);
 }
 
 Eigen::SparseMatrix<double> GradedLattice::far_mass(const FarNodes& far) const {
-  std::vector<CellMatrix> cells((axes_[0].size() - 1) * (axes_[1].size() - 1) *
-                                (axes_[2].size() - 1));
+  std::vector<CellMatrix> cells = zero_cells();
   for (const int node : problem_.free_nodes()) {
     if (far[static_cast<std::size_t>(node)] == 0) { continue; }
     const Cell cell = cell_from(shape_.place(node));
@@ -600,14 +606,11 @@ template <class Factor> Eigen::SparseMatrix<double> EveryNode::sum_of(Factor fac
 }
 
 Eigen::SparseMatrix<double> EveryNode::stiffness() const {
-  return sum_of([](const auto& part) {
-    if constexpr (requires { part.volume; }) { return part.stiffness * part.volume; }
-    return part.stiffness;
-  });
+  return sum_of([](const auto& part) { return factor_of(part, Constant::stiffness); });
 }
 
-Eigen::SparseMatrix<double> EveryNode::far_part(const FarNodes& far, Resists what) const {
-  return sum_of(factor_in_far(problem_.network(), far, what));
+Eigen::SparseMatrix<double> EveryNode::far_part(const FarNodes& far, Constant which) const {
+  return sum_of(factor_in_far(problem_.network(), far, which));
 }
 
 Eigen::SparseMatrix<double> EveryNode::far_mass(const FarNodes& far) const {
@@ -810,14 +813,9 @@ std::unique_ptr<const PointModel> point_model(const NetworkProblem& problem,
 }  // namespace
 
 Eigen::Matrix<double, Eigen::Dynamic, 3> ModeBasis::of(int node) const {
-  Eigen::Matrix<double, Eigen::Dynamic, 3> columns(modes(), 3);
-  columns.setZero();
-  const PointModel::Place place = points->place_of(node);
-  for (std::size_t c = 0; c < place.weight.size(); ++c) {
-    if (place.coordinate[c] < 0 || place.weight[c] == 0.0) { continue; }
-    columns += place.weight[c] * phi.middleCols<3>(place.coordinate[c]);
-  }
-  return columns;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+  return points->interpolate(node, Columns(Columns::Zero(modes(), 3)),
+                             [&](Index first) { return phi.middleCols<3>(first); });
 }
 
 ModeBasis mode_basis(const NetworkProblem& problem, const ReductionSetting& setting) {
@@ -845,10 +843,10 @@ ModeBasis mode_basis(const NetworkProblem& problem, const ReductionSetting& sett
   visit_mixed_parts(problem.network(), shapes,
                     [&](const MixedPart& part) { mixed.add(part.grows, part.stiffness); });
   const Eigen::SelfAdjointEigenSolver<MatrixXd> own(
-      gram(points.far_part(shapes.far, Resists::displacement)) + mixed.take());
+      gram(points.far_part(shapes.far, Constant::stiffness)) + mixed.take());
   phi = (own.eigenvectors().transpose() * phi).eval();
   shapes.stiffness = own.eigenvalues();
-  shapes.damping = gram(points.far_part(shapes.far, Resists::velocity));
+  shapes.damping = gram(points.far_part(shapes.far, Constant::viscosity));
   return shapes;
 }
 

@@ -36,8 +36,8 @@ std::vector<LoadCase> load_cases_of(const Scene& scene, const NetworkProblem& pr
 /// Returns the nodes that the scene's tool can load, fixed ones too, some several times.
 std::vector<int> nodes_of_tool(const Scene& scene, const SpringNetwork& network);
 
-/// What springs and cells resist: by their stiffness, or by their viscosity.
-enum class Resists { displacement, velocity };
+/// Selects the stiffness or the viscosity of springs and cells.
+enum class Constant { stiffness, viscosity };
 
 /// 1 for each far node, 0 for each near or fixed one.
 using FarNodes = std::vector<unsigned char>;
@@ -69,9 +69,20 @@ class PointModel {
   /// Returns the stiffness [N/m] or damping [N s/m] of the springs and cells that join far nodes
   /// with far or fixed nodes only, linear about rest.
   [[nodiscard]] virtual Eigen::SparseMatrix<double> far_part(const FarNodes& far,
-                                                             Resists what) const = 0;
+                                                             Constant which) const = 0;
   /// Returns the mass of the far nodes [kg], with the mass between points.
   [[nodiscard]] virtual Eigen::SparseMatrix<double> far_mass(const FarNodes& far) const = 0;
+  /// Returns the value at a node, interpolated between of_point(first coordinate of a point); fixed
+  /// points have the value `zero`.
+  template <class Value, class OfPoint>
+  [[nodiscard]] Value interpolate(int node, Value zero, OfPoint of_point) const {
+    const Place place = place_of(node);
+    for (std::size_t c = 0; c < place.weight.size(); ++c) {
+      if (place.coordinate[c] < 0 || place.weight[c] == 0.0) { continue; }
+      zero += place.weight[c] * of_point(place.coordinate[c]);
+    }
+    return zero;
+  }
 
  protected:
   const NetworkProblem& problem_;
@@ -104,7 +115,7 @@ class GradedLattice final : public PointModel {
   /// A coarse cell has one mean volume: the volumes of all cells in it would lock it.
   [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const override;
   [[nodiscard]] Eigen::SparseMatrix<double> far_part(const FarNodes& far,
-                                                     Resists what) const override;
+                                                     Constant which) const override;
   [[nodiscard]] Eigen::SparseMatrix<double> far_mass(const FarNodes& far) const override;
 
  private:
@@ -121,6 +132,10 @@ class GradedLattice final : public PointModel {
   [[nodiscard]] Cell cell_from(const std::array<int, 3>& place) const;
   [[nodiscard]] Place place_in(int node, const Cell& cell) const;
   [[nodiscard]] std::size_t number_of(const Cell& cell) const;
+  [[nodiscard]] std::vector<CellMatrix> zero_cells() const;
+  /// Returns the growth of a fine cell's relative volume by displacements of the corners of the
+  /// coarse cell around it [1/m].
+  [[nodiscard]] Growth growth_of(const VolumeCell& fine, const Cell& cell) const;
   /// Returns the cells with the sum of factor(spring) g g^T of the springs in them, g being the
   /// growth of a spring by the displacements of the corners.
   template <class Factor> [[nodiscard]] std::vector<CellMatrix> of_springs(Factor factor) const;
@@ -151,7 +166,7 @@ class EveryNode final : public PointModel {
   [[nodiscard]] Eigen::VectorXd mass() const override { return problem_.mass(); }
   [[nodiscard]] Eigen::SparseMatrix<double> stiffness() const override;
   [[nodiscard]] Eigen::SparseMatrix<double> far_part(const FarNodes& far,
-                                                     Resists what) const override;
+                                                     Constant which) const override;
   [[nodiscard]] Eigen::SparseMatrix<double> far_mass(const FarNodes& far) const override;
 
  private:
@@ -186,6 +201,7 @@ struct NearNodes {
   [[nodiscard]] bool holds(int node) const { return near[static_cast<std::size_t>(node)] != 0; }
 };
 
+/// Returns the free nodes that are not near.
 FarNodes far_nodes(const NetworkProblem& problem, const NearNodes& near);
 
 struct NearChoice {

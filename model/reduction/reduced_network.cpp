@@ -317,7 +317,8 @@ struct NearAndFar {
   /// near nodes only.
   static NearAndFar of(const NetworkProblem& problem, const ReductionSetting& setting) {
     SpringNetwork near = problem.network();
-    const auto is_far = [&](int node) { return !near.is_fixed(node) && !setting.near.holds(node); };
+    const FarNodes far = far_nodes(problem, setting.near);
+    const auto is_far = [&](int node) { return far[static_cast<std::size_t>(node)] != 0; };
     std::vector<Spring> kept;
     std::ranges::copy_if(
         problem.network().springs, std::back_inserter(kept),
@@ -383,8 +384,9 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
   [[nodiscard]] Eigen::Vector3d moved(const Vector<Real>& all, int node) const noexcept override {
     if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
-    return moved_by(node, [&](Index first) -> Vector3d {
-      return {point_moved(all, first), point_moved(all, first + 1), point_moved(all, first + 2)};
+    return shapes.points->interpolate(node, Vector3d(Vector3d::Zero()), [&](Index first) {
+      return Vector3d(point_moved(all, first), point_moved(all, first + 1),
+                      point_moved(all, first + 2));
     });
   }
   void move_all(const Vector<Real>& all) noexcept override {
@@ -394,8 +396,9 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   }
   [[nodiscard]] Eigen::Vector3d moved(int node) const noexcept override {
     if (!shapes.holds(node)) { return Eigen::Vector3d::Zero(); }
-    return moved_by(
-        node, [&](Index first) -> Vector3d { return points_moved_.template segment<3>(first); });
+    return shapes.points->interpolate(node, Vector3d(Vector3d::Zero()), [&](Index first) {
+      return points_moved_.template segment<3>(first);
+    });
   }
 
  private:
@@ -403,17 +406,6 @@ template <class Real> class ReducedNetwork final : private NearAndFar, public Li
   [[nodiscard]] double point_moved(const Vector<Real>& all, Index at) const noexcept {
     const auto modes = all.segment(this->problem().dof(), far_.modes());
     return shapes.phi.col(at).dot(modes.template cast<double>());
-  }
-  /// Returns the displacement of a far node by those of points, of_point(first coordinate).
-  template <class OfPoint>
-  [[nodiscard]] Vector3d moved_by(int node, OfPoint of_point) const noexcept {
-    const PointModel::Place place = shapes.points->place_of(node);
-    Vector3d moved = Vector3d::Zero();
-    for (std::size_t c = 0; c < place.weight.size(); ++c) {
-      if (place.coordinate[c] < 0 || place.weight[c] == 0.0) { continue; }
-      moved += place.weight[c] * of_point(place.coordinate[c]);
-    }
-    return moved;
   }
   void add_springs(const Vector<Real>& q, const Vector<Real>& v,
                    Vector<Real>& f) noexcept override {

@@ -139,17 +139,14 @@ bool is_believable(double compliance, const NetworkProblem& problem) {
   return compliance >= 0.0 && compliance <= 1e3 * chain;
 }
 
-/// Maximum number of free nodes of a stiffness matrix, with about 15 kB each.
-constexpr std::size_t most_nodes_in_matrix = 100'000;
-
 /// Static compliance at the tool, or the reason why there is none.
 Json compliance_json(const NeedlePath& path, const NetworkProblem& problem) {
   const auto none = [](const std::string& reason) {
     return object("static_compliance_m_per_n", nullptr, "static_compliance_reason", reason);
   };
-  if (problem.free_nodes().size() > most_nodes_in_matrix) {
+  if (problem.free_nodes().size() > most_implicit_nodes) {
     return none("not sought: a stiffness matrix of more than " +
-                std::to_string(most_nodes_in_matrix) + " free nodes takes gigabytes");
+                std::to_string(most_implicit_nodes) + " free nodes takes gigabytes");
   }
   try {
     const double compliance = static_compliance(path, problem);

@@ -215,8 +215,8 @@ TEST(
       CHECK(expected.norm() > 0.0);
       CHECK_NEAR((found - expected).norm(), 0.0, 1e-12 * expected.norm());
     };
-    for (const Resists what : {Resists::displacement, Resists::velocity}) {
-      check(graded.far_part(far, what), every.far_part(far, what));
+    for (const Constant which : {Constant::stiffness, Constant::viscosity}) {
+      check(graded.far_part(far, which), every.far_part(far, which));
     }
     check(graded.far_mass(far), every.far_mass(far));
   }

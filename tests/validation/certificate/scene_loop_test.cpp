@@ -108,6 +108,19 @@ TEST("every event of a scene, its first tick and all special ones have a probe, 
   CHECK_NEAR(budget.largest_speed, 0.05, 1e-9);
 }
 
+TEST("nodes that sleep are awake in one probe, and a scene where none sleeps has no such probe") {
+  Scene scene = insertion_scene(0.05);
+  const auto probe = [&] {
+    const ComputeBudget budget =
+        run_probes(scene, {.cache_bytes = 1U << 20U, .most_repetitions = 1, .enough = 0.0});
+    const WorstCaseProbe* found = named(budget, "everything awake");
+    return found != nullptr && found->processor > 0.0;
+  };
+  CHECK(!probe());
+  scene.simulation.sleep_force = 1e-3;
+  CHECK(probe());
+}
+
 TEST(
     "events of the whole scene are kept, and those that it declares and does not reach are named") {
   using Names = std::vector<std::string>;
