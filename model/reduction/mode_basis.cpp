@@ -771,16 +771,73 @@ MatrixXd add_orthogonal(const VectorXd& mass, MatrixXd more, Index most, MatrixX
   return basis.rightCols(basis.cols() - before);
 }
 
-/// Returns the static responses to the load cases, then to the inertia of these responses, and so
-/// on up to `most` columns.
-MatrixXd responses(const std::vector<LoadCase>& load_cases, const PointModel& model, Index most) {
+/// Returns the coordinates of the points that are near nodes.
+std::vector<Index> near_coordinates(const NetworkProblem& problem, const NearNodes& near,
+                                    const PointModel& model) {
+  std::vector<Index> coordinates;
+  for (const int node : problem.free_nodes()) {
+    if (!near.holds(node)) { continue; }
+    const auto place = model.place_of(node);
+    for (std::size_t c = 0; c < place.weight.size(); ++c) {
+      if (place.coordinate[c] < 0 || place.weight[c] != 1.0) { continue; }
+      for (Index axis = 0; axis < 3; ++axis) { coordinates.push_back(place.coordinate[c] + axis); }
+    }
+  }
+  return coordinates;
+}
+
+/// Returns the static responses to the loads with all other coordinates at rest, in the order of
+/// `free`.
+MatrixXd respond_alone(const PointModel& model, const std::vector<Index>& free,
+                       const MatrixXd& loads) {
+  std::vector<int> place(static_cast<std::size_t>(model.dof()), -1);
+  for (std::size_t n = 0; n < free.size(); ++n) {
+    place[static_cast<std::size_t>(free[n])] = static_cast<int>(n);
+  }
+  const Eigen::SparseMatrix<double> stiffness = model.stiffness();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index column = 0; column < stiffness.outerSize(); ++column) {
+    for (Eigen::SparseMatrix<double>::InnerIterator at(stiffness, column); at; ++at) {
+      const int r = place[static_cast<std::size_t>(at.row())];
+      const int c = place[static_cast<std::size_t>(column)];
+      if (r >= 0 && c >= 0) { entries.emplace_back(std::max(r, c), std::min(r, c), at.value()); }
+    }
+  }
+  const auto size = static_cast<Index>(free.size());
+  Eigen::SparseMatrix<double> part(size, size);
+  part.setFromTriplets(entries.begin(), entries.end());
+  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(part).solve(loads(free, Eigen::all));
+}
+
+/// Returns the `most` combinations of static responses to the load cases that leave the least of
+/// their compliance out.
+MatrixXd best_responses(const NetworkProblem& problem, const ReductionSetting& setting,
+                        const PointModel& model, const StaticSolver& statics,
+                        const MatrixXd& loads) {
+  const MatrixXd moved = statics.respond(loads);
+  const std::vector<Index> near = near_coordinates(problem, setting.near, model);
+  const MatrixXd compliance = loads.transpose() * moved;
+  const MatrixXd of_near = loads(near, Eigen::all).transpose() * respond_alone(model, near, loads);
+  const VectorXd scale = compliance.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> shares(scale.asDiagonal() * (compliance - of_near) *
+                                                       scale.asDiagonal());
+  return moved * (scale.asDiagonal() * shares.eigenvectors().rightCols(setting.modes));
+}
+
+/// Returns the static responses to the load cases, or the best combinations of them if they are
+/// more than the modes. If they are fewer, the responses to the inertia of these follow, and so on.
+MatrixXd responses(const NetworkProblem& problem, const ReductionSetting& setting,
+                   const PointModel& model) {
   const StaticSolver statics(model.stiffness(), model.places());
   if (!statics.held()) {
     throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
   }
+  const Index most = setting.modes;
+  MatrixXd loads = loads_of(setting.load_cases, model);
+  if (loads.cols() > most) { return best_responses(problem, setting, model, statics, loads); }
   const VectorXd mass = model.mass();
   MatrixXd basis(model.dof(), 0);
-  for (MatrixXd loads = loads_of(load_cases, model); loads.cols() > 0 && basis.cols() < most;) {
+  while (loads.cols() > 0 && basis.cols() < most) {
     const Index left = most - basis.cols();
     if (left < loads.cols()) { loads = (loads * random_matrix(loads.cols(), left)).eval(); }
     loads = mass.asDiagonal() * add_orthogonal(mass, statics.respond(loads), most, basis);
@@ -823,7 +880,7 @@ ModeBasis mode_basis(const NetworkProblem& problem, const ReductionSetting& sett
                    .far = far_nodes(problem, setting.near)};
   const PointModel& points = *shapes.points;
   MatrixXd& phi = shapes.phi;
-  phi = responses(setting.load_cases, points, setting.modes).transpose();
+  phi = responses(problem, setting, points).transpose();
   const auto gram = [&](const Eigen::SparseMatrix<double>& a) {
     return MatrixXd(phi * (a.selfadjointView<Eigen::Lower>() * phi.transpose()));
   };
