@@ -521,7 +521,8 @@ std::vector<TrackInterval> base_intervals(const Scene& scene, double entry, doub
       tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::cell;
   if (!only_material) {
     for (const Layer& layer : tissue.layers) {
-      parts.push_back(made_of(scene, layer.material, layer.tissue));
+      parts.push_back(layer.gap ? TrackInterval{.label = layer.tissue}
+                                : made_of(scene, layer.material, layer.tissue));
       parts.back().begin = begin;
       begin += layer.thickness / n_z;
       parts.back().end = begin;

@@ -242,9 +242,10 @@ struct Lattice {
 
 /// Layer of a layered block; layers are listed from the skin down.
 struct Layer {
-  std::string tissue{};  ///< label in results
-  std::string material{};
+  std::string tissue{};    ///< label in results
+  std::string material{};  ///< empty in a gap
   double thickness = 0.0;  ///< [m]
+  bool gap = false;        ///< without tissue, and without resistance to a needle
 };
 
 /// Lateral size of a layered block; its depth is the sum of the layers.

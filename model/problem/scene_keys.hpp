@@ -388,8 +388,9 @@ template <class Visitor, Is<Material> T> void fields(Visitor& v, T& m) {
 
 template <class Visitor, Is<Layer> T> void fields(Visitor& v, T& l) {
   v.value("tissue", l.tissue, {.doc = "Label in results; left out: the material's name"});
-  v.value("material", l.material, required({.doc = "Name of a material"}));
+  v.value("material", l.material, {.doc = "Name of a material; must be given but for a gap"});
   v.value("thickness", l.thickness, required({"m", range::positive, "Thickness of the layer"}));
+  v.value("gap", l.gap, {.doc = "A gap without tissue between two layers"});
 }
 
 template <class Visitor, Is<Inclusion> T> void fields(Visitor& v, T& i) {

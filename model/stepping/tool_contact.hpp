@@ -1138,7 +1138,9 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
       tip_ = TipMode::stuck;
       if (after > before + 1) { enter(after - 1, t); }
       // A tip that sank through softer tissue at once can press the layer with more than it bears.
-      if (softness_ > 0.0 && gap_at_cut() > dent_at(cut_, strength())) {
+      // Behind a gap it meets a free surface, which gives way in the next step.
+      const bool from_gap = intervals[after - 1].youngs_modulus == 0.0;
+      if (softness_ > 0.0 && !from_gap && gap_at_cut() > dent_at(cut_, strength())) {
         tip_ = TipMode::cutting;
         enter(after, t);
         change_cutting(depth_of_tip(), t);

@@ -437,7 +437,8 @@ std::vector<PlaneCompliance> grid_compliance(
 
 namespace {
 
-/// Part of the path of a tool between its first contact point and the rigid base.
+/// Part of the path of a tool between its first contact point, or the first one behind a gap, and
+/// the rigid base or the next gap.
 struct Column {
   std::vector<ColumnLayer> layers{};
   GridColumn grid{};
@@ -496,31 +497,39 @@ int connectivity_of(const SpringList& springs) {
   return most > 9 ? 26 : most > 3 ? 18 : 6;
 }
 
-/// Returns the column of tissue under a tool; no layers if its material is unknown.
-Column column_of(const NeedlePath& path, const SpringNetwork& network, const NodeGrid& grid) {
-  Column column;
-  const double slope = path.direction().z();
-  column.grid.spacing = grid.spacing;
-  column.grid.connectivity = connectivity_of(network.springs);
+/// Returns the columns of tissue under a tool; none if its material is unknown. What lies behind
+/// the last plane before a gap counts as rigid.
+std::vector<Column> columns_of(const NeedlePath& path, const SpringNetwork& network,
+                               const NodeGrid& grid) {
   const bool needle = path.knots().size() > 1;
   const double bone = bone_depth(path.tissue());
   const std::vector<double> planes = planes_below(path, grid);
-  for (std::size_t n = 0; n < planes.size(); ++n) {
-    const bool base = n + 1 == planes.size() || planes[n] >= bone ||
-                      (needle && is_fixed(path, path.knots()[n], network));
-    column.planes.push_back(planes[n]);
-    if (base) { break; }
-    const MaterialMean mean = mean_between(path, planes[n], planes[n + 1]);
-    if (!(mean.parts() > 0.0)) { break; }
-    const CellMaterial material = mean.mean();
-    column.grid.spring_modulus.push_back(material.spring_modulus());
-    column.grid.volume_modulus.push_back(material.volume_modulus());
-    column.supports.push_back(needle || n == 0 ? supports_about_axis(path, path.knots()[n], network)
-                                               : std::vector<PlaneSupport>());
+  std::vector<Column> columns;
+  bool base = false;
+  for (std::size_t n = 0; n + 1 < planes.size() && !base; ++n) {
+    Column column{
+        .grid = {.spacing = grid.spacing, .connectivity = connectivity_of(network.springs)}};
+    for (;; ++n) {
+      base = n + 1 == planes.size() || planes[n] >= bone ||
+             (needle && is_fixed(path, path.knots()[n], network));
+      column.planes.push_back(planes[n]);
+      if (base) { break; }
+      const MaterialMean mean = mean_between(path, planes[n], planes[n + 1]);
+      if (!(mean.parts() > 0.0)) { break; }
+      const CellMaterial material = mean.mean();
+      column.grid.spring_modulus.push_back(material.spring_modulus());
+      column.grid.volume_modulus.push_back(material.volume_modulus());
+      column.supports.push_back(needle || n == 0
+                                    ? supports_about_axis(path, path.knots()[n], network)
+                                    : std::vector<PlaneSupport>());
+    }
+    column.layers = layers_between(path.tissue(), column.planes.front(),
+                                   std::min(bone, column.planes.back()), path.direction().z());
+    if (!column.layers.empty() && !column.supports.empty()) {
+      columns.push_back(std::move(column));
+    }
   }
-  column.layers = layers_between(path.tissue(), column.planes.front(),
-                                 std::min(bone, column.planes.back()), slope);
-  return column;
+  return columns;
 }
 
 }  // namespace
@@ -740,36 +749,40 @@ LargeDent large_dent(const std::vector<PathInterval>& intervals, double slope,
 TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork& network) const {
   const std::optional<NodeGrid> grid = tissue_grid(scene);
   if (!grid) { return {}; }
-  const Column column = column_of(*this, network, *grid);
-  if (column.layers.empty() || column.supports.empty()) { return {}; }
+  const std::vector<Column> columns = columns_of(*this, network, *grid);
+  if (columns.empty()) { return {}; }
   const double radius = scene.needle ? 0.5 * scene.needle->diameter : scene.probe->radius();
-  TipCompliance tip{.depth =
-                        depths_of(*this, column.planes, std::min(radius, grid->spacing.z()) / 8.0)};
-  tip.spacing = grid->spacing.z();
-  const std::vector<double>& depths = tip.depth;
-  std::vector<double> below;  // the first plane, along the tool
-  for (const double depth : depths) { below.push_back((depth - depths[0]) * direction_.z()); }
-  const std::vector<double> continuum =
-      scene.needle ? continuum_compliance(column.layers, radius, below)
-                   : std::vector{face_compliance(column.layers, *scene.probe).at(hertz_share_)};
-  const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
-  const double negligible = 0.01 * continuum[0];
-  std::size_t plane = 0;
-  for (std::size_t n = 0; n < depths.size(); ++n) {
-    while (plane + 1 < planes.size() && column.planes[plane + 1] <= depths[n]) { ++plane; }
-    const double thickness = column.planes[plane + 1] - column.planes[plane];
-    const double share = std::clamp((depths[n] - column.planes[plane]) / thickness, 0.0, 1.0);
-    const double next = plane + 1 < planes.size() ? planes[plane + 1].own : 0.0;
-    const double of_grid = (1.0 - share) * (1.0 - share) * planes[plane].own +
-                           2.0 * share * (1.0 - share) * planes[plane].next + share * share * next;
-    if (n == 0) {
-      tip.continuum = continuum[0];
-      tip.grid = of_grid;
+  TipCompliance tip{.spacing = grid->spacing.z()};
+  std::vector<double> continuum;
+  double negligible = 0.0;
+  for (const Column& column : columns) {
+    const std::vector<double> depths =
+        depths_of(*this, column.planes, std::min(radius, grid->spacing.z()) / 8.0);
+    std::vector<double> below;  // the first plane, along the tool
+    for (const double depth : depths) { below.push_back((depth - depths[0]) * direction_.z()); }
+    const std::vector<double> there =
+        scene.needle ? continuum_compliance(column.layers, radius, below)
+                     : std::vector{face_compliance(column.layers, *scene.probe).at(hertz_share_)};
+    const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
+    if (continuum.empty()) {
+      tip.continuum = there[0];
+      tip.grid = planes[0].own;
+      negligible = 0.01 * tip.continuum;
     }
-    tip.value.push_back(std::max(continuum[n] - of_grid, 0.0));
-    if (continuum[n] > negligible) {
-      tip.excess = std::max(tip.excess, of_grid / continuum[n] - 1.0);
+    std::size_t plane = 0;
+    for (std::size_t n = 0; n < depths.size(); ++n) {
+      while (plane + 1 < planes.size() && column.planes[plane + 1] <= depths[n]) { ++plane; }
+      const double thickness = column.planes[plane + 1] - column.planes[plane];
+      const double share = std::clamp((depths[n] - column.planes[plane]) / thickness, 0.0, 1.0);
+      const double next = plane + 1 < planes.size() ? planes[plane + 1].own : 0.0;
+      const double of_grid = (1.0 - share) * (1.0 - share) * planes[plane].own +
+                             2.0 * share * (1.0 - share) * planes[plane].next +
+                             share * share * next;
+      tip.value.push_back(std::max(there[n] - of_grid, 0.0));
+      if (there[n] > negligible) { tip.excess = std::max(tip.excess, of_grid / there[n] - 1.0); }
     }
+    tip.depth.insert(tip.depth.end(), depths.begin(), depths.end());
+    continuum.insert(continuum.end(), there.begin(), there.end());
   }
   // The contact of a sliding face is never rigid, because the tissue at its edge enters at once,
   // nor is one with a toe.
@@ -786,11 +799,11 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   }
   least = std::max(least, negligible);
   for (double& value : tip.value) { value = std::max(value, least); }
-  for (std::size_t n = 0; toe && n < depths.size(); ++n) {
+  for (std::size_t n = 0; toe && n < continuum.size(); ++n) {
     tip.of_continuum.push_back(std::max(continuum[n], tip.value[n]));
   }
   if (scene.needle && !toe) {
-    tip.large = large_dent(intervals_, direction_.z(), column.layers, radius, continuum, tip);
+    tip.large = large_dent(intervals_, direction_.z(), columns[0].layers, radius, continuum, tip);
   }
   return tip;
 }

@@ -24,14 +24,15 @@ SpringNetwork build_cells(const Scene& scene, const LatticeShape& shape) {
   });
 }
 
-SpringNetwork build_beneath_skin(const Scene& scene) {
-  const BlockBeneathSkin block = block_beneath_skin(scene);
+SpringNetwork build_uneven(const Scene& scene) {
+  const UnevenBlock block = uneven_block(scene);
   const NodeGrid& nodes = block.nodes;
   std::vector<std::optional<CellMaterial>> cells(nodes.node.size());
   for_each_place(cells_of(nodes.count), [&](int i, int j, int l) {
     if (!block.holds(i, j, l)) { return; }
-    cells[nodes.index(i, j, l)] =
-        cell_material(scene, {.low = nodes.place(i, j, l), .size = nodes.spacing.z()});
+    cells[nodes.index(i, j, l)] = cell_material(scene, {.low = nodes.place(i, j, l),
+                                                        .size = nodes.spacing.z(),
+                                                        .bottom = nodes.place(i, j, l + 1).z()});
   });
   return grid_network(nodes, scene.tissue.block.connectivity, [&](int i, int j, int l, int, int) {
     const std::optional<CellMaterial>& cell = cells[nodes.index(i, j, l)];
@@ -76,7 +77,7 @@ void hold_bone(const Scene& scene, SpringNetwork& network) {
 
 SpringNetwork unheld_network(const Scene& scene) {
   if (scene.tissue.source == Source::lattice) { return build_lattice(scene); }
-  if (layers_follow_skin(scene)) { return build_beneath_skin(scene); }
+  if (layers_are_uneven(scene)) { return build_uneven(scene); }
   if (scene.tissue.source == Source::layers) { return build_cells(scene, block_shape(scene)); }
   if (scene.tissue.voxels) { return scene.tissue.voxels->network; }
   SpringNetwork network = scene.tissue.network;
@@ -94,9 +95,8 @@ BondStiffness bond_stiffness(double youngs_modulus, double spacing, int connecti
 }
 
 Eigen::Index layered_node_count(const Scene& scene) {
-  if (!layers_follow_skin(scene)) { return block_shape(scene).node_count(); }
-  return std::ranges::count_if(block_beneath_skin(scene).nodes.node,
-                               [](int node) { return node >= 0; });
+  if (!layers_are_uneven(scene)) { return block_shape(scene).node_count(); }
+  return std::ranges::count_if(uneven_block(scene).nodes.node, [](int node) { return node >= 0; });
 }
 
 SpringNetwork build_network(const Scene& scene) {

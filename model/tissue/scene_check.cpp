@@ -477,15 +477,39 @@ class Checker : private Rules {
     must(needed || layers.empty(), "layer",
          "given; must be left out, unless source = \"layers\" or a needle is in a tissue without "
          "materials");
-    if (needed) { known_materials(layers, "layer"); }
+    if (needed) { check_materials_of(layers); }
+  }
+
+  void check_materials_of(const std::vector<Layer>& layers) {
+    for (std::size_t n = 0; n < layers.size(); ++n) {
+      const Layer& layer = layers[n];
+      const std::string key = at("layer", n, "material");
+      if (layer.gap) {
+        must(layer.material.empty(), key,
+             '"' + layer.material + "\" in a gap; must be left out with gap = true");
+      } else {
+        must(!layer.material.empty(), key, "is missing; must be given, or gap = true");
+        if (!layer.material.empty()) { known_material(layer.material, key); }
+      }
+    }
   }
 
   void check_layers(const Tissue& tissue) {
     check_node_counts(tissue.block.nodes, "tissue.layers.nodes");
     must(!tissue.layers.empty(), "layer", "no [[layer]]; source \"layers\" needs at least one");
-    known_materials(tissue.layers, "layer");
+    check_materials_of(tissue.layers);
     double depth = 0.0;
-    for (const Layer& layer : tissue.layers) { depth += layer.thickness; }
+    for (std::size_t n = 0; n < tissue.layers.size(); ++n) {
+      const Layer& layer = tissue.layers[n];
+      depth += layer.thickness;
+      const bool between = n > 0 && n + 1 < tissue.layers.size();
+      must(!layer.gap || between, at("layer", n, "gap"),
+           "true for the " + std::string(n == 0 ? "first" : "last") +
+               " layer; a gap must be between two layers of tissue");
+      must(!layer.gap || !(layer.thickness < tissue.block.spacing), at("layer", n, "thickness"),
+           number_in_words(layer.thickness) + " of a gap; at least one tissue.layers.spacing, " +
+               number_in_words(tissue.block.spacing));
+    }
     const double planes = std::round(depth / tissue.block.spacing) + 1.0;
     check_node_count(planes * tissue.block.nodes[0] * tissue.block.nodes[1],
                      "tissue.layers.spacing");

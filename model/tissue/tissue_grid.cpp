@@ -167,8 +167,12 @@ std::vector<ResolvedLayer> resolved_layers(const Scene& scene) {
   std::vector<ResolvedLayer> layers;
   double begin = 0.0;
   for (const Layer& layer : scene.tissue.layers) {
-    const bool last = layers.size() + 1 == scene.tissue.layers.size();
+    const bool last = &layer == &scene.tissue.layers.back();
     const double end = last ? std::max(begin, bottom) : begin + layer.thickness;
+    if (layer.gap) {
+      begin = end;
+      continue;
+    }
     const double first = std::ceil(begin / a - slack);
     const double beyond = std::floor(std::min(end, bottom) / a + slack);
     layers.push_back({layer.tissue.empty() ? layer.material : layer.tissue, layer.thickness,
@@ -193,43 +197,73 @@ double places_beneath_skin(const Scene& scene) {
   return std::ceil((bottom - highest) / shape.spacing + 1.0) * shape.nodes[0] * shape.nodes[1];
 }
 
-double BlockBeneathSkin::covered() const {
-  const auto filled =
-      std::ranges::count_if(columns, [](const Column& c) { return c.begin < c.end; });
-  return static_cast<double>(filled) /
-         static_cast<double>(std::max<std::size_t>(columns.size(), 1));
+bool layers_are_uneven(const Scene& scene) {
+  return scene.tissue.source == Source::layers &&
+         (layers_follow_skin(scene) || std::ranges::any_of(scene.tissue.layers, &Layer::gap));
 }
 
-BlockBeneathSkin block_beneath_skin(const Scene& scene) {
-  const LatticeShape shape = block_shape(scene);
-  const double a = shape.spacing;
+namespace {
+
+/// Planes of cells [begin, end) of one column that lie below the skin and above the body's bottom.
+struct Planes {
+  int begin = 0;
+  int end = 0;
+};
+
+/// Returns the planes of each column of cells, x fastest.
+std::vector<Planes> planes_of_columns(const Scene& scene, const LatticeShape& shape) {
   const int bottom = shape.nodes[2] - 1;
+  std::vector<Planes> columns;
+  if (!layers_follow_skin(scene)) {
+    for_each_column(cells_of(shape.nodes), [&](int, int) { columns.push_back({0, bottom}); });
+    return columns;
+  }
+  const double a = shape.spacing;
   // Cell l of a column is below the skin if its centre (l + 1/2) a is. A flat skin in a plane of
   // nodes agrees with that plane only to rounding error.
-  BlockBeneathSkin block;
   const auto first_below = [&](double z) {
     return z < bottom * a ? std::min(bottom, static_cast<int>(std::ceil(z / a - 0.5 - 1e-9)))
                           : bottom;
   };
-  int above = bottom;
   for (const Skin::Stretch& tissue : stretches_of_columns(*scene.tissue.skin, shape)) {
-    block.columns.push_back({first_below(tissue.top), first_below(tissue.bottom)});
-    if (block.columns.back().begin < block.columns.back().end) {
-      above = std::min(above, block.columns.back().begin);
-    }
+    columns.push_back({first_below(tissue.top), first_below(tissue.bottom)});
+  }
+  return columns;
+}
+
+}  // namespace
+
+UnevenBlock uneven_block(const Scene& scene) {
+  const LatticeShape shape = block_shape(scene);
+  const double a = shape.spacing;
+  const int bottom = shape.nodes[2] - 1;
+  const std::vector<Planes> columns = planes_of_columns(scene, shape);
+  int above = bottom;
+  std::ptrdiff_t filled = 0;
+  for (const Planes& column : columns) {
+    if (column.begin >= column.end) { continue; }
+    above = std::min(above, column.begin);
+    ++filled;
   }
   if (above == bottom) { return {}; }
+  UnevenBlock block{.covered = static_cast<double>(filled) / static_cast<double>(columns.size())};
   NodeGrid& grid = block.nodes;
   grid = {.first = shape.position(0, 0, 0) + Vector3d(0.0, 0.0, above * a),
           .spacing = Vector3d::Constant(a),
           .count = {shape.nodes[0], shape.nodes[1], bottom - above + 1}};
   grid.node.assign(grid.index(0, 0, grid.count[2]), -1);
-  for (BlockBeneathSkin::Column& column : block.columns) {
-    column.begin -= above;
-    column.end -= above;
-  }
+  const std::vector<Layer>& layers = scene.tissue.layers;
   for_each_place(cells_of(grid.count), [&](int i, int j, int l) {
-    if (!block.holds(i, j, l)) { return; }
+    const Planes& column = columns[grid_index(cells_of(grid.count), i, j, 0)];
+    bool tissue = l + above >= column.begin && l + above < column.end;
+    if (tissue) {
+      const Vector3d centre = grid.place(i, j, l).array() + 0.5 * a;
+      tissue = !layers[layer_at(layers, depth_in_layers(scene, centre))].gap ||
+               std::ranges::any_of(scene.tissue.inclusions,
+                                   [&](const Inclusion& body) { return contains(body, centre); });
+    }
+    block.cells.push_back(tissue ? 1 : 0);
+    if (!tissue) { return; }
     for_each_corner(i, j, l, [&](int b, int c, int d) { grid.node[grid.index(b, c, d)] = 0; });
   });
   number_nodes(grid);
@@ -238,7 +272,7 @@ BlockBeneathSkin block_beneath_skin(const Scene& scene) {
 
 std::optional<NodeGrid> uneven_grid(const Scene& scene) {
   if (scene.tissue.voxels) { return scene.tissue.voxels->nodes; }
-  return layers_follow_skin(scene) ? std::optional(block_beneath_skin(scene).nodes) : std::nullopt;
+  return layers_are_uneven(scene) ? std::optional(uneven_block(scene).nodes) : std::nullopt;
 }
 
 std::optional<NodeGrid> tissue_grid(const Scene& scene) {
@@ -276,14 +310,14 @@ CellMaterial cell_of(const Material& m) {
           m.poissons_ratio, m.retardation_time, law_of(m)};
 }
 
-/// Calls visit(material, upper end, lower end); the last layer is unbounded.
+/// Calls visit(material, upper end, lower end) for each layer but gaps; the last one is unbounded.
 template <class Visit> void for_each_layer(const Scene& scene, Visit visit) {
   double begin = 0.0;
   const auto& layers = scene.tissue.layers;
   for (std::size_t n = 0; n < layers.size(); ++n) {
     const double end = n + 1 == layers.size() ? std::numeric_limits<double>::infinity()
                                               : begin + layers[n].thickness;
-    visit(material_named(scene, layers[n].material), begin, end);
+    if (!layers[n].gap) { visit(material_named(scene, layers[n].material), begin, end); }
     begin = end;
   }
 }
@@ -391,9 +425,11 @@ bool in_bone(const Scene& scene, const Vector3d& point) {
 }
 
 bool has_bone(const Scene& scene) {
-  const auto hard = [&](const auto& part) { return is_bone(material_named(scene, part.material)); };
-  return std::ranges::any_of(scene.tissue.layers, hard) ||
-         std::ranges::any_of(scene.tissue.inclusions, hard);
+  bool bone = false;
+  for_each_layer(scene, [&](const Material& m, double, double) { bone = bone || is_bone(m); });
+  return bone || std::ranges::any_of(scene.tissue.inclusions, [&](const Inclusion& body) {
+           return is_bone(material_named(scene, body.material));
+         });
 }
 
 }  // namespace palpate

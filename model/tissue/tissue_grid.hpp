@@ -50,34 +50,29 @@ LatticeShape block_shape(const Scene& scene);
 /// Returns true if the layers follow a skin that need not be flat.
 bool layers_follow_skin(const Scene& scene);
 
-/// Cells of a block whose centre is below the skin, down to the bottom of a flat block or of the
-/// body (model/EQUATIONS.md, "Layers beneath a skin").
-struct BlockBeneathSkin {
-  NodeGrid nodes{};  ///< empty if no part of the skin is above the block
-  struct Column {
-    int begin = 0;
-    int end = 0;
-  };
-  /// Tissue cells of each column, [begin, end) in planes of `nodes`; x fastest.
-  std::vector<Column> columns{};
+/// Returns true if the layers follow a skin, or if there are gaps between them.
+bool layers_are_uneven(const Scene& scene);
+
+/// Cells of a block whose centre is in tissue: below the skin, down to the bottom of a flat block
+/// or of the body, and in no gap but where an inclusion is in it (model/EQUATIONS.md, "Layers
+/// beneath a skin").
+struct UnevenBlock {
+  NodeGrid nodes{};                    ///< empty if no part of the skin is above the block
+  std::vector<unsigned char> cells{};  ///< 1: tissue; x fastest
+  double covered = 0.0;                ///< fraction of the block's columns that contain tissue
 
   [[nodiscard]] bool holds(int i, int j, int l) const {
-    const Column& column =
-        columns[static_cast<std::size_t>(j) * static_cast<std::size_t>(nodes.count[0] - 1) +
-                static_cast<std::size_t>(i)];
-    return l >= column.begin && l < column.end;
+    return cells[grid_index(cells_of(nodes.count), i, j, l)] != 0;
   }
-  /// Returns the fraction of the block's columns that contain tissue.
-  [[nodiscard]] double covered() const;
 };
 
-/// Builds the block of a scene whose layers follow a skin.
-BlockBeneathSkin block_beneath_skin(const Scene& scene);
+/// Builds the block of a scene with uneven layers.
+UnevenBlock uneven_block(const Scene& scene);
 
-/// Returns the number of grid points of block_beneath_skin, including empty ones.
+/// Returns the number of grid points of uneven_block below a skin, including empty ones.
 double places_beneath_skin(const Scene& scene);
 
-/// Returns the grid of a tissue whose skin need not be flat; empty for other tissues.
+/// Returns the grid of a tissue with grid points without nodes; empty for other tissues.
 std::optional<NodeGrid> uneven_grid(const Scene& scene);
 
 /// Returns the grid with the nodes of build_network(scene); empty for a bare network or oscillator.

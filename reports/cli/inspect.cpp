@@ -286,7 +286,7 @@ Json skin_facts(const Scene& scene) {
   Json facts = object("faces", surface.triangle.size(), "min_m",
                       values_in(surface.vertex.rowwise().minCoeff()), "max_m",
                       values_in(surface.vertex.rowwise().maxCoeff()));
-  if (layers_follow_skin(scene)) { facts["columns_covered"] = block_beneath_skin(scene).covered(); }
+  if (layers_follow_skin(scene)) { facts["columns_covered"] = uneven_block(scene).covered; }
   return facts;
 }
 

@@ -58,7 +58,9 @@ std::vector<std::string> materials_of(const Scene& scene) {
       tissue.source == Source::lattice && tissue.lattice.weights == LatticeWeights::cell;
   if (cells) { add(tissue.lattice.material); }
   if (tissue.source == Source::layers) {
-    for (const Layer& layer : tissue.layers) { add(layer.material); }
+    for (const Layer& layer : tissue.layers) {
+      if (!layer.gap) { add(layer.material); }
+    }
   }
   if (!cells && tissue.source != Source::layers) { return names; }
   for (const Inclusion& inclusion : tissue.inclusions) { add(inclusion.material); }

@@ -86,7 +86,7 @@ void tell_thin_layers(View& view, const Scene& scene) {
   std::string missing;
   for (const Layer& layer : scene.tissue.layers) {
     const std::string& label = layer.tissue.empty() ? layer.material : layer.tissue;
-    if (std::ranges::find(view.labels, label) != view.labels.end()) { continue; }
+    if (layer.gap || std::ranges::find(view.labels, label) != view.labels.end()) { continue; }
     missing += (missing.empty() ? "" : ", ") + label;
   }
   if (!missing.empty()) {

@@ -163,6 +163,40 @@ TEST("a tip that sinks onto a layer with more than it bears punctures it at once
   }
 }
 
+TEST("a tip that comes through a gap dents the tissue behind it before it cuts it") {
+  Scene scene = timed(layered_scene(), 1.6, 1e-3, "implicit-euler");
+  for (Material& material : scene.materials) {
+    material.friction = 0.0;
+    material.retardation_time = 5e-3;
+  }
+  scene.tissue.fixed = {Face::x_min, Face::x_max, Face::y_min, Face::y_max, Face::z_max};
+  scene.materials[0].cutting_force = 0.05;
+  scene.materials[0].puncture_force = 1.5;
+  scene.materials[1].cutting_force = 0.02;
+  scene.materials[1].puncture_force = 0.6;
+  scene.tissue.layers = {{"sheet", "soft", 0.004},
+                         {.tissue = "air", .thickness = 0.004, .gap = true},
+                         {"ground", "firm", 0.012}};
+  Insertion run(scene);
+  double dent = 0.0;
+  double sheet = 0.0;
+  double force = 0.0;
+  run.run([&] {
+    if (run.events.size() == 1) { sheet = run.tool.place; }
+    if (run.events.size() == 3) {
+      dent = run.tool.place - 0.008;
+      force = std::max(force, run.tool.forces.stiffness);
+    }
+  });
+  REQUIRE(run.events.size() == 4);
+  CHECK(run.names() == "contact puncture puncture puncture");
+  // The sheet gives way until its tip is behind the surface of the ground, which is not cut then.
+  CHECK(sheet > 0.008);
+  CHECK(run.events[3].time > run.events[2].time);
+  CHECK(dent > 1e-3);
+  CHECK_NEAR(force, 0.6, 0.02);
+}
+
 TEST("creeping friction of two tissues turns with the needle and balances its energy") {
   std::vector<double> begun;  // friction of each scheme 15 ms after the puncture
   for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {

@@ -3,6 +3,7 @@
 #include "model/tissue/contact_size.hpp"
 
 #include "model/tissue/lattice.hpp"
+#include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 
 namespace {
@@ -278,6 +279,31 @@ TEST("gap, slope and energy of a contact on a skin belong to its force, however 
       CHECK(law.slope(gap) * LargeDent::least_slope * law.compliance < 1.0 + 1e-9);
     }
     CHECK_NEAR(law.force(-1e-3), law.slope(0.0) * -1e-3, 1e-12);
+  }
+}
+
+TEST("tissue behind a gap has the contact that it has alone") {
+  Scene scene;
+  scene.tissue.source = Source::layers;
+  scene.tissue.block = {.nodes = {9, 9}, .spacing = 0.005};
+  scene.materials = {{.name = "sheet", .youngs_modulus = 5e5, .density = 1000.0},
+                     {.name = "ground", .youngs_modulus = 2e4, .density = 1000.0}};
+  scene.tissue.layers = {{"ground", "ground", 0.02}};
+  scene.needle = Needle{};
+  const auto compliance_of = [](const Scene& of) {
+    const SpringNetwork network = build_network(of);
+    return NeedlePath(of, network).tip_compliance(of, network);
+  };
+  const TipCompliance alone = compliance_of(scene);
+  scene.tissue.layers = {{"sheet", "sheet", 0.005},
+                         {.tissue = "air", .thickness = 0.01, .gap = true},
+                         {"ground", "ground", 0.02}};
+  const TipCompliance behind = compliance_of(scene);
+  REQUIRE(!alone.value.empty());
+  REQUIRE(!behind.value.empty());
+  CHECK(behind.at(0.0) < 0.1 * alone.at(0.0));  // of the sheet, which is 25 times as stiff
+  for (double depth = 0.0; depth < 0.0149; depth += 0.5e-3) {
+    CHECK_NEAR(behind.at(0.015 + depth), alone.at(depth), 1e-6 * alone.at(0.0));
   }
 }
 

@@ -118,6 +118,34 @@ TEST("vertical springs of a layered block carry their own layer's stiffness") {
   CHECK_NEAR(modulus_below(network, 4 + 27, 9), 1e5, 1e-7);
 }
 
+TEST("a gap between layers has no nodes, springs or mass, and leaves its neighbours as they are") {
+  Scene scene = layered_scene();
+  scene.tissue.layers = {{"sheet", "soft", 0.01},
+                         {.tissue = "air", .thickness = 0.022, .gap = true},
+                         {"ground", "hard", 0.018}};
+  const SpringNetwork network = build_network(scene);
+  const int plane = 3 * 3;
+  CHECK(network.node_count() == 2 * plane + 3 * plane);  // cells at 0, 30 and 40 mm
+  CHECK(layered_node_count(scene) == network.node_count());
+  const double cell = 4e-6 / 2.0;
+  CHECK_NEAR(mass_of_level(network, 0.01), cell * 1000.0, 1e-12);
+  CHECK_NEAR(mass_of_level(network, 0.02), 0.0, 0.0);
+  CHECK_NEAR(mass_of_level(network, 0.03), cell * 2000.0, 1e-12);
+  for (const Spring& spring : network.springs) {
+    CHECK((spring.a < 2 * plane) == (spring.b < 2 * plane));
+  }
+  for (const VolumeCell& volume : network.cells) {
+    CHECK((volume.nodes[0] < 2 * plane) == (volume.nodes[7] < 2 * plane));
+  }
+  // Of the cell from 30 to 40 mm the gap has 2 mm, which do not soften it.
+  CHECK_NEAR(modulus_below(network, 2 * plane + 4, plane), 1e5, 1e-7);
+  CHECK_NEAR(modulus_below(network, 4, plane), 1e3, 1e-10);
+  scene.tissue.inclusions = {
+      {.centre = {0.005, 0.005, 0.02}, .size = {0.015, 0.015, 0.015}, .material = "soft"}};
+  // Two cells from 10 to 30 mm: four nodes at 20 mm are new.
+  CHECK(build_network(scene).node_count() == network.node_count() + 4);
+}
+
 TEST("the cells of an inclusion are of its material, and later inclusions win") {
   Scene scene = cube_scene();
   const Inclusion all{.shape = Inclusion::Shape::box,

@@ -148,7 +148,7 @@ TEST("a line crosses every layer, however thin, and has a gap where it leaves th
 TEST("a closed body ends at its far surface") {
   const Scene scene = layered(box_skin({-0.03, -0.03, 0.0}, {0.03, 0.03, 0.012}));
   CHECK_NEAR(build_network(scene).rest_position.row(2).maxCoeff(), 0.012, 1e-15);
-  CHECK_NEAR(block_beneath_skin(scene).covered(), 1.0, 0.0);
+  CHECK_NEAR(uneven_block(scene).covered, 1.0, 0.0);
 }
 
 TEST("nodes in bone beneath a curved skin are held, and no others but those of the face") {
@@ -170,7 +170,7 @@ TEST("a pit of one cell stays open though all its corners exist") {
   };
   Scene scene = layered(std::make_shared<const Skin>(patch_surface({0.03, 0.03}, 120, pit), true));
   scene.tissue.block.nodes = {8, 8};  // a column of cells about x = 0 and y = 0
-  const BlockBeneathSkin block = block_beneath_skin(scene);
+  const UnevenBlock block = uneven_block(scene);
   CHECK(!block.holds(3, 3, 0));
   CHECK(block.holds(3, 3, 1));
   CHECK(block.holds(2, 3, 0));
