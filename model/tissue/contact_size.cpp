@@ -528,6 +528,7 @@ std::vector<Column> columns_of(const NeedlePath& path, const SpringNetwork& netw
     if (!column.layers.empty() && !column.supports.empty()) {
       columns.push_back(std::move(column));
     }
+    if (!needle) { break; }  // a probe stays in front of every gap
   }
   return columns;
 }
