@@ -788,13 +788,12 @@ std::vector<Index> near_coordinates(const NetworkProblem& problem, const NearNod
 
 /// Returns the static responses to the loads with all other coordinates at rest, in the order of
 /// `free`.
-MatrixXd respond_alone(const PointModel& model, const std::vector<Index>& free,
+MatrixXd respond_alone(const Eigen::SparseMatrix<double>& stiffness, const std::vector<Index>& free,
                        const MatrixXd& loads) {
-  std::vector<int> place(static_cast<std::size_t>(model.dof()), -1);
+  std::vector<int> place(static_cast<std::size_t>(stiffness.rows()), -1);
   for (std::size_t n = 0; n < free.size(); ++n) {
     place[static_cast<std::size_t>(free[n])] = static_cast<int>(n);
   }
-  const Eigen::SparseMatrix<double> stiffness = model.stiffness();
   std::vector<Eigen::Triplet<double>> entries;
   for (Index column = 0; column < stiffness.outerSize(); ++column) {
     for (Eigen::SparseMatrix<double>::InnerIterator at(stiffness, column); at; ++at) {
@@ -809,32 +808,38 @@ MatrixXd respond_alone(const PointModel& model, const std::vector<Index>& free,
   return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(part).solve(loads(free, Eigen::all));
 }
 
-/// Returns the `most` combinations of static responses to the load cases that leave the least of
-/// their compliance out.
-MatrixXd best_responses(const NetworkProblem& problem, const ReductionSetting& setting,
-                        const PointModel& model, const StaticSolver& statics,
-                        const MatrixXd& loads) {
+/// Returns the combinations of static responses to the load cases that leave the least of their
+/// compliance out. `near` are coordinates of near points.
+MatrixXd best_responses(const Eigen::SparseMatrix<double>& stiffness, const StaticSolver& statics,
+                        const std::vector<Index>& near, const MatrixXd& loads, Index most) {
   const MatrixXd moved = statics.respond(loads);
-  const std::vector<Index> near = near_coordinates(problem, setting.near, model);
-  const MatrixXd compliance = loads.transpose() * moved;
-  const MatrixXd of_near = loads(near, Eigen::all).transpose() * respond_alone(model, near, loads);
-  const VectorXd scale = compliance.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> shares(scale.asDiagonal() * (compliance - of_near) *
-                                                       scale.asDiagonal());
-  return moved * (scale.asDiagonal() * shares.eigenvectors().rightCols(setting.modes));
+  MatrixXd compliance = loads.transpose() * moved;
+  const VectorXd scale = compliance.diagonal().unaryExpr(
+      [](double each) { return each > 0.0 ? 1.0 / std::sqrt(each) : 0.0; });
+  if (!near.empty()) {
+    compliance -= loads(near, Eigen::all).transpose() * respond_alone(stiffness, near, loads);
+  }
+  compliance = (scale.asDiagonal() * compliance * scale.asDiagonal()).eval();
+  if (!compliance.allFinite()) { return moved.leftCols(most); }  // the solver would not end
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> shares(compliance);
+  return moved * (scale.asDiagonal() * shares.eigenvectors().rightCols(most));
 }
 
 /// Returns the static responses to the load cases, or the best combinations of them if they are
 /// more than the modes. If they are fewer, the responses to the inertia of these follow, and so on.
 MatrixXd responses(const NetworkProblem& problem, const ReductionSetting& setting,
                    const PointModel& model) {
-  const StaticSolver statics(model.stiffness(), model.places());
+  const Eigen::SparseMatrix<double> stiffness = model.stiffness();
+  const StaticSolver statics(stiffness, model.places());
   if (!statics.held()) {
     throw std::invalid_argument("nothing holds the tissue: its far field has no response at rest");
   }
   const Index most = setting.modes;
   MatrixXd loads = loads_of(setting.load_cases, model);
-  if (loads.cols() > most) { return best_responses(problem, setting, model, statics, loads); }
+  if (loads.cols() > most) {
+    return best_responses(stiffness, statics, near_coordinates(problem, setting.near, model), loads,
+                          most);
+  }
   const VectorXd mass = model.mass();
   MatrixXd basis(model.dof(), 0);
   while (loads.cols() > 0 && basis.cols() < most) {
