@@ -67,7 +67,7 @@ ViewFocus focus_of(const View& view, const SpringNetwork& network, const Trace& 
 }
 
 /// Centre of the cell at a node. For a node that is not the lowest corner of a cell, the midpoint
-/// to the node below it.
+/// to the node below it, or a place just above it if tissue ends there.
 Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optional<CellGrid>& grid,
                                   int node) {
   const Eigen::Vector3d own = network.rest_position.col(node);
@@ -75,7 +75,13 @@ Eigen::Vector3d place_of_material(const SpringNetwork& network, const std::optio
   const GridPlace& place = grid->places()[static_cast<std::size_t>(node)];
   if (!grid->is_cell(place)) {
     const int below = grid->node_at(beside(place, 2, 1));
-    return below < 0 ? own : Eigen::Vector3d(0.5 * (own + network.rest_position.col(below)));
+    const int above = grid->node_at(beside(place, 2, -1));
+    const auto way_to = [&](int other) -> Eigen::Vector3d {
+      return other < 0 ? Eigen::Vector3d(0.0, 0.0, 0.0) : network.rest_position.col(other) - own;
+    };
+    // Planes of the grid are further apart across a gap.
+    const bool ends = below < 0 || (above >= 0 && way_to(below).z() > -1.5 * way_to(above).z());
+    return ends ? own + 1e-6 * way_to(above) : own + 0.5 * way_to(below);
   }
   const std::array<int, 8> corners = grid->corners(place);
   return 0.5 * (own + network.rest_position.col(corners[7]));
