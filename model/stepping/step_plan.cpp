@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -303,6 +304,38 @@ void warn_of_units(const Scene& scene, StepPlan& plan) {
   warn("drive.depth", scene.drive->depth.value_or(0.0), 0.3, "m");
 }
 
+/// Warns of parts of the tissue that no spring joins to a fixed node, if another part is held.
+void warn_of_loose_parts(const Scene& scene, const SpringNetwork& network, StepPlan& plan) {
+  const bool one_part = scene.tissue.source == Source::lattice;
+  if (one_part || std::ranges::count(network.fixed, 1) == 0) { return; }
+  std::vector<int> parent(static_cast<std::size_t>(network.node_count()));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root_of = [&](int node) {
+    const auto up = [&](int of) -> int& { return parent[static_cast<std::size_t>(of)]; };
+    while (up(node) != node) { node = up(node) = up(up(node)); }
+    return node;
+  };
+  for (const Spring& spring : network.springs) {
+    parent[static_cast<std::size_t>(root_of(spring.a))] = root_of(spring.b);
+  }
+  std::set<int> held;
+  for (int node = 0; node < network.node_count(); ++node) {
+    if (network.is_fixed(node)) { held.insert(root_of(node)); }
+  }
+  long loose = 0;
+  double depth = std::numeric_limits<double>::infinity();
+  for (int node = 0; node < network.node_count(); ++node) {
+    if (held.contains(root_of(node))) { continue; }
+    ++loose;
+    depth = std::min(depth, network.rest_position(2, node));
+  }
+  if (loose == 0) { return; }
+  plan.warnings.push_back(std::to_string(loose) +
+                          " nodes, the first at z = " + number(1e3 * depth) +
+                          " mm, are joined to no fixed node: this part of the tissue moves freely; "
+                          "tissue.fixed holds faces");
+}
+
 /// Warns if a step takes the tool past more than a tenth of a layer.
 void warn_of_stride(const Scene& scene, StepPlan& plan) {
   constexpr double share = 0.1;
@@ -476,6 +509,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   if (network != nullptr) {
     warn_of_units(scene, plan);
     warn_of_grid(scene, plan);
+    warn_of_loose_parts(scene, network->network(), plan);
   }
   if (network != nullptr && (scene.needle || scene.probe)) { add_contact(scene, *network, plan); }
   if (network != nullptr && scene.drive) { add_tool(scene, plan.bounds); }

@@ -324,6 +324,19 @@ TEST("threads that cannot share the work are not used, with a warning") {
   CHECK(mentions(implicit.warnings, "one thread: only a regular lattice"));
 }
 
+TEST("tissue in front of a gap that nothing holds is told") {
+  Scene scene = layered_scene();
+  scene.tissue.layers = {{"sheet", "soft", 0.004},
+                         {.tissue = "air", .thickness = 0.004, .gap = true},
+                         {"ground", "firm", 0.008}};
+  CHECK(mentions(plan_of(scene).warnings,
+                 "18 nodes, the first at z = 0 mm, are joined to no fixed node"));
+  scene.tissue.fixed = {Face::x_min, Face::z_max};
+  CHECK(!mentions(plan_of(scene).warnings, "joined to no fixed node"));
+  scene.tissue.fixed = std::vector<Face>{};  // nothing is meant to be held
+  CHECK(!mentions(plan_of(scene).warnings, "joined to no fixed node"));
+}
+
 TEST("every registered integrator has its stable step in the plan") {
   const StepPlan plan = plan_of(moving_scene("auto"));
   REQUIRE(plan.stable_step.size() == integrators().size());

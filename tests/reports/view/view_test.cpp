@@ -211,14 +211,14 @@ ViewSample pressed_block(std::array<int, 3> nodes, int frames) {
   return sample;
 }
 
-/// Two layers with a body of another material in the lower one, along z.
-ViewSample layered_block() {
+/// Layers of 12 mm with a body of another material in the last one, along z.
+ViewSample layered_block(std::vector<Layer> layers) {
   ViewSample sample;
   sample.scene.tissue.source = Source::layers;
   sample.scene.tissue.block = {.nodes = {5, 5}, .spacing = 0.002};
   sample.scene.materials = {{.name = "a", .youngs_modulus = 1e3},
                             {.name = "b", .youngs_modulus = 2e3}};
-  sample.scene.tissue.layers = {{"skin", "a", 0.004}, {"fat", "b", 0.008}};
+  sample.scene.tissue.layers = std::move(layers);
   sample.scene.tissue.inclusions = {
       {Inclusion::Shape::box, {0.0, 0.0, 0.010}, {0.0041, 0.0041, 0.0041}, "a"}};
   const SpringNetwork network = build_network(sample.scene);
@@ -248,13 +248,25 @@ TEST("a small network is shown whole, with its skin, springs, forces and largest
 }
 
 TEST("cells and nodes have the label of what fills them") {
-  const auto view = layered_block().view();
+  const auto view = layered_block({{"skin", "a", 0.004}, {"fat", "b", 0.008}}).view();
   REQUIRE(view);
   CHECK(view->labels == std::vector<std::string>({"skin", "fat", "a"}));
   std::vector<int> cells(3, 0);
   for (std::size_t n = 0; n < view->cell.size(); ++n) { cells[view->label[n]] += view->cell[n]; }
   // 4 x 4 cells a plane, 2 planes of skin and 4 of fat; the body fills 2 x 2 x 2 of these.
   CHECK(cells == std::vector<int>({32, 56, 8}));
+}
+
+TEST("nodes at a gap have the label of their own side") {
+  const auto view = layered_block({{"skin", "a", 0.004},
+                                   {.tissue = "air", .thickness = 0.004, .gap = true},
+                                   {"fat", "b", 0.004}})
+                        .view();
+  REQUIRE(view);
+  CHECK(view->labels == std::vector<std::string>({"skin", "fat", "a"}));
+  std::vector<int> cells(3, 0);
+  for (std::size_t n = 0; n < view->cell.size(); ++n) { cells[view->label[n]] += view->cell[n]; }
+  CHECK(cells == std::vector<int>({32, 24, 8}));
 }
 
 TEST("frames are thinned to sixty with keyframes between; states that are not finite are absent") {
