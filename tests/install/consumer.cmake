@@ -75,9 +75,9 @@ build(subject OPTIONS "-DCMAKE_PREFIX_PATH=${prefix}" -DCMAKE_DISABLE_FIND_PACKA
   "-DSKELETON=${SOURCE}/fixtures/subjects/skeletons/subject.c")
 if(EXISTS "${PROGRAM}")
   file(GLOB library "${prefix}/lib*/palpate/palpate_subject_model.so" "${prefix}/lib/*/palpate/palpate_subject_model.so")
-  foreach(subject "${SCRATCH}/subject/subject.so" "${library}")
-    run("${prefix}/bin/palpate" subject check --quiet "${subject}" --out "${SCRATCH}/check")
-  endforeach()
+  run("${prefix}/bin/palpate" subject check --quiet "${SCRATCH}/subject/subject.so" --out "${SCRATCH}/check")
+  run("${prefix}/bin/palpate" run "${prefix}/share/palpate/scenes/cube.toml" --subject "${library}" --quiet
+    --out "${SCRATCH}/run")
 endif()
 run_refused("component reference is not in this installation" "${CMAKE_COMMAND}" -S "${here}/subject" -B "${SCRATCH}/unknown" -G "${GENERATOR}"
   -DCMAKE_C_COMPILER=${C} "-DCMAKE_PREFIX_PATH=${prefix}" -DCOMPONENT=reference)
@@ -89,13 +89,9 @@ if(CMAKE_HOST_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND NOT FLAGS MATCHES "-m"
   run_refused("has_same_eigen_memory_as_library" "${CMAKE_COMMAND}" --build "${SCRATCH}/avx")
 endif()
 
-# From the source tree; ccache remembers what the model compiles to.
-if(CCACHE)
-  set(ENV{CCACHE_SLOPPINESS} pch_defines,time_macros)
-  list(APPEND cxx "-DCMAKE_CXX_COMPILER_LAUNCHER=${CCACHE}")
-endif()
+# From the source tree. Of the libraries only the device is compiled; the build has compiled the model.
 build(source-subject FROM subdirectory OPTIONS "-DPALPATE_SOURCE=${SOURCE}" -DPALPATE_PARTS=subject
   -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
 build(source-model FROM subdirectory OPTIONS ${cxx} "-DPALPATE_SOURCE=${SOURCE}" -DPALPATE_PARTS=model
   "-DCONSUMER=${here}/model/consumer.cpp")
-run("${SCRATCH}/source-model/consumer")
+run("${CMAKE_COMMAND}" --build "${SCRATCH}/source-model" --target palpate_device --parallel 2)

@@ -176,28 +176,26 @@ double disc_stiffness(const CaseContext& context, const Gel& gel, double spacing
 
 /// A square face of the area of a disc against the disc, on a deep block (R. B. King, Elastic
 /// analysis of some punch problems for a layered medium, Int. J. Solids Struct. 23, 1987).
-void judge_square(const CaseContext& context, const Gel& gel, double spacing, Outcome& outcome) {
+void judge_square(const CaseContext& context, const Gel& gel, double spacing, double of_disc,
+                  Outcome& outcome) {
   const double side = disc * std::sqrt(std::numbers::pi);
   const Probe square{.shape = Probe::Shape::ultrasound, .size = {side, side}};
-  outcome.judge_near(
-      "stiffness_of_a_square_face_over_a_disc",
-      face_stiffness(context, gel, spacing, square) / disc_stiffness(context, gel, spacing), 1.012,
-      0.01,
-      "continuum: a rigid square punch has 1.012 times the stiffness of a disc of "
-      "its area (King 1987); 1 % by the grid");
+  outcome.judge_near("stiffness_of_a_square_face_over_a_disc",
+                     face_stiffness(context, gel, spacing, square) / of_disc, 1.012, 0.01,
+                     "continuum: a rigid square punch has 1.012 times the stiffness of a disc of "
+                     "its area (King 1987); 1 % by the grid");
 }
 
-/// Compares a disc with Hayes' layer on a ladder of spacings. Bounds are relative to the truth.
-void judge_ladder(const CaseContext& context, const Gel& gel, const std::vector<double>& spacings,
-                  double sides, Table& table, Outcome& outcome) {
+/// Compares the stiffness of a disc on a ladder of spacings with Hayes' layer. Bounds are relative
+/// to the truth.
+void judge_ladder(const Gel& gel, const std::vector<double>& spacings,
+                  const std::vector<double>& found, double sides, Table& table, Outcome& outcome) {
   const reference::PunchFactor factor = reference::punch_on_layer(disc / gel.thickness, gel.nu);
   const double half_space = 2.0 * gel_modulus * disc / (1.0 - gel.nu * gel.nu);
   const double truth = factor.kappa * half_space;
-  std::vector<double> found;
-  for (const double spacing : spacings) {
-    found.push_back(disc_stiffness(context, gel, spacing));
-    table.rows.push_back({gel.nu, 1e3 * spacing, 2.0 * disc / spacing, half_space, truth,
-                          found.back(), 100.0 * (found.back() / truth - 1.0)});
+  for (std::size_t n = 0; n < spacings.size(); ++n) {
+    table.rows.push_back({gel.nu, 1e3 * spacings[n], 2.0 * disc / spacings[n], half_space, truth,
+                          found[n], 100.0 * (found[n] / truth - 1.0)});
   }
   const std::string name = "_nu_" + plain_number(gel.nu, 2);
   Largest worst;
@@ -232,15 +230,18 @@ void measure_disc(const CaseContext& context, Outcome& outcome, bool thin) {
       spacings = {0.01125, 0.0075, 0.005625, 0.0045};
     }
     if (context.quick) { spacings.pop_back(); }
+    std::vector<double> found;
+    for (const double spacing : spacings) {
+      found.push_back(disc_stiffness(context, gel, spacing));
+    }
     // The free sides: twice the change with two thirds more width, on the coarsest grid.
     Gel wide = gel;
     wide.half_width *= 5.0 / 3.0;
-    const double sides = 2.0 * std::abs(disc_stiffness(context, wide, spacings[0]) /
-                                            disc_stiffness(context, gel, spacings[0]) -
-                                        1.0);
-    judge_ladder(context, gel, spacings, sides, table, outcome);
+    const double sides =
+        2.0 * std::abs(disc_stiffness(context, wide, spacings[0]) / found[0] - 1.0);
+    judge_ladder(gel, spacings, found, sides, table, outcome);
     outcome.report("effect_of_the_sides_nu_" + plain_number(nu, 2), sides);
-    if (!thin && nu == 0.25) { judge_square(context, gel, spacings.back(), outcome); }
+    if (!thin && nu == 0.25) { judge_square(context, gel, spacings.back(), found.back(), outcome); }
   }
 }
 
