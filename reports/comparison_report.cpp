@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "fixtures/io/csv_file.hpp"
 #include "fixtures/io/problems.hpp"
@@ -985,6 +987,24 @@ std::string verdict_text(const ComparisonReport& report) {
   return text;
 }
 
+/// Returns the parts of the ratings of curves that are poor where the features agree.
+std::string poor_parts(const ComparisonReport& report) {
+  std::set<std::string> parts;
+  for (const Comparison& one : report.found.recordings) {
+    if (!one.rating || one.outcome.status != Status::pass) { continue; }
+    const comparison::IsoRating& rating = *one.rating;
+    for (const auto& [name, value] : {std::pair{"corridor", rating.corridor},
+                                      {"phase", rating.phase},
+                                      {"magnitude", rating.magnitude},
+                                      {"slope", rating.slope}}) {
+      if (comparison::grade_of(value) == "poor") { parts.insert(name); }
+    }
+  }
+  std::string text;
+  for (const std::string& part : parts) { append_part(text, part); }
+  return text;
+}
+
 std::string verdict_sentence(const ComparisonReport& report) {
   if (!report.simulation.failure.empty()) {
     return "The simulation " + report.simulation.failure + ".";
@@ -994,6 +1014,10 @@ std::string verdict_sentence(const ComparisonReport& report) {
                          " was judged against " + kinds_of(report);
   if (report.found.outcome.status == Status::pass) {
     sentence += ". Every feature that can be judged lies within its tolerance.";
+    const std::string poor = poor_parts(report);
+    if (!poor.empty()) {
+      sentence += " Rated poor by ISO/TS 18571 for a whole curve: " + poor + ".";
+    }
   } else {
     sentence += report.found.outcome.reasons.empty()
                     ? "."

@@ -3,7 +3,9 @@
 
 #include "reports/comparison_report.hpp"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "model/problem/recording.hpp"
@@ -344,6 +346,23 @@ TEST("a verdict says where only the curve differs") {
   CHECK(json_of(report)["verdict"] == "features agree, curve does not");
   CHECK(json_of(report)["recordings"][0]["verdict"] == "features agree, curve does not");
   CHECK(json_of(report)["groups"][0]["verdict"] == "features agree, curve does not");
+}
+
+TEST("a verdict names the parts of a curve's rating that are poor where the features agree") {
+  Trace trace = compared_trace();
+  CHECK(verdict_sentence(compared(subjects(1), trace)).find("poor") == std::string::npos);
+  for (std::size_t n = 0; n < trace.time.size(); ++n) {  // hum while the pressure rises
+    if (trace.time[n] > 1.0 && trace.time[n] < 5.0) {
+      trace.columns[0].values[n] +=
+          3.0 * pascals_per_mmhg * std::sin(2.0 * std::numbers::pi * 6.0 * trace.time[n]);
+    }
+  }
+  const ComparisonReport report = compared(subjects(1), trace);
+  const comparison::IsoRating rating = report.found.recordings.front().rating.value();
+  CHECK(comparison::grade_of(rating.slope) == "poor");
+  CHECK(comparison::grade_of(rating.overall) != "poor");
+  CHECK(holds(report));
+  CHECK_CONTAINS(verdict_sentence(report), " Rated poor by ISO/TS 18571 for a whole curve: slope.");
 }
 
 TEST("the page counts recordings and their subjects, and the defects of each") {
