@@ -532,6 +532,11 @@ void check_phase(const Json& phase, double deadline_us, const std::string& which
   require((slowest > deadline_us) == (misses > 0), which + " has " + std::to_string(misses) +
                                                        " misses, and its slowest tick took " +
                                                        short_number(slowest) + " us");
+  // From when the first missed tick was due; the slowest tick is one of those.
+  const double recovery = number_from_json(phase.at("longest_recovery_us"));
+  require(misses > 0 ? recovery >= slowest * (1.0 - rounding) : recovery == 0.0,
+          which + " has a longest recovery of " + short_number(recovery) +
+              " us, and its slowest tick took " + short_number(slowest) + " us");
   for (const char* of : {"wakeup_us", "compute_us", "response_us"}) {
     double least = 0.0;
     for (const char* key : {"min", "p50", "p90", "p99", "p99.9", "p99.99", "max"}) {
@@ -704,6 +709,11 @@ void check_certificate(const Json& json, const std::string& histogram) {
       const long found = ticks_of(load.at(phase));
       require(whole ? found == claim.ticks() : found <= claim.ticks(),
               "ticks are not those of rate_hz and duration_s");
+      const double took = number_from_json(load.at(phase).at("seconds"));
+      require(took >= 0.999 * static_cast<double>(found - 1) * claim.period() &&
+                  number_from_json(load.at(phase).at("paused_s")) <= took,
+              std::to_string(found) + " ticks within " + short_number(took) + " s of " +
+                  short_number(claim.rate) + " Hz");
     }
   }
   double costliest = 0.0;

@@ -39,6 +39,7 @@ CertificateReport sample(long scene_misses) {
         {.due = due, .begin = due + 5.5e-6, .end = due + (n < scene_misses ? 1.5003e-3 : 3.002e-4)},
         {.scene_time = due, .happening = ToolHappening{.event = ToolEvent::puncture}});
   }
+  load.control.seconds = load.scene.seconds = 2.0;
   load.tail.refusal = "too few ticks";
   report.environment = {{"kernel", "kernel", std::string("6.1")},
                         {"scheduling", "scheduling", std::string("SCHED_FIFO, priority 80")},
@@ -169,6 +170,10 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
           "miss probability");
   refused([&](Json& json) { of_scene(json, "steps", -1); }, "-1 steps");
   refused([&](Json& json) { of_scene(json, "seconds", -5.0); }, "negative seconds");
+  refused([&](Json& json) { of_scene(json, "seconds", 0.5); }, "ticks within 0.5 s of 1000 Hz");
+  refused([&](Json& json) { of_scene(json, "paused_s", 1e3); }, "ticks within");
+  refused([&](Json& json) { of_scene(json, "longest_recovery_us", 9.0); },
+          "a longest recovery of 9 us");
   refused([&](Json& json) { of_scene(json, "minor_faults", -1); }, "negative minor_faults");
   refused([&](Json& json) { of_scene(json, "restarts", "none"); }, "no whole number");
   refused([](Json& json) { json["compute_budget"]["provocations"][0]["share_of_deadline"] = 9.0; },
