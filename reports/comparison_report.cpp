@@ -997,7 +997,8 @@ std::string poor_parts(const ComparisonReport& report) {
                                       {"phase", rating.phase},
                                       {"magnitude", rating.magnitude},
                                       {"slope", rating.slope}}) {
-      if (comparison::grade_of(value) == "poor") { parts.insert(name); }
+      const bool not_rated = value == 0.0 && !rating.note.empty();
+      if (!not_rated && comparison::grade_of(value) == "poor") { parts.insert(name); }
     }
   }
   std::string text;

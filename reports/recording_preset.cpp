@@ -241,7 +241,7 @@ RecordingPreset preset_from(const std::string& json, const std::string& place) {
 void apply(const RecordingPreset& preset, const std::filesystem::path& file,
            io::ReadRecording& read) {
   Recording& recording = read.recording;
-  recording.kind = preset.kind;
+  if (recording.kind == Recording::Kind::measured) { recording.kind = preset.kind; }
   if (!preset.source.empty()) { recording.source = preset.source; }
   if (!preset.name.empty()) { add_note(recording, "preset " + preset.name); }
   for (double& force : recording.force) { force *= preset.force_factor; }

@@ -297,6 +297,7 @@ class MeshVoxels {
 
   VoxelTissue run() {
     check_surfaces();
+    check_surround();
     if (!broken_.empty() || !lay_grid()) { return {}; }
     fill_surround();
     fill_bodies();
@@ -317,6 +318,15 @@ class MeshVoxels {
         broken_.push_back({body.key + ".path", body.name + ": " + *defect});
       }
     }
+  }
+
+  void check_surround() {
+    if (!settings_.surround) { return; }
+    const Surround& s = *settings_.surround;
+    if ((s.max - s.min).minCoeff() > 0.0) { return; }
+    broken_.push_back(
+        {"tissue.mesh.surround.max",
+         "is not above min along x, y and z; must be the opposite corner of the box"});
   }
 
   bool lay_grid() {

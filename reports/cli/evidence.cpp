@@ -5,6 +5,7 @@
 #include "reports/evidence.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <link.h>
@@ -23,6 +24,8 @@
 #include "reports/timing/child_process.hpp"
 #include "validation/campaign/findings.hpp"
 #include "validation/case.hpp"
+#include "validation/comparison/comparison.hpp"
+#include "validation/comparison/iso_rating.hpp"
 #include "validation/number_text.hpp"
 #include "validation/planted_faults.hpp"
 
@@ -266,6 +269,77 @@ Outcome qualification_outcome(const Json& json) {
   return outcome;
 }
 
+void require_of_comparison(bool holds, const std::string& what) {
+  if (!holds) { throw std::runtime_error("contradicts itself: " + what); }
+}
+
+/// Throws std::runtime_error if the verdict on a feature does not follow from its numbers.
+void check_feature(const Json& feature, bool is_time) {
+  if (feature.at("recorded").is_null() || feature.at("simulated").is_null()) { return; }
+  const std::string name = feature.at("name");
+  const auto number = [&feature](const char* key) { return number_from_json(feature.at(key)); };
+  const double recorded = number("recorded");
+  require_of_comparison(number("error") == number("simulated") - recorded, "the error of " + name);
+  if (feature.at("verdict") == "not judged") {
+    return require_of_comparison(is_time, name + " has both values and is not judged");
+  }
+  const Json& given = feature.at("tolerance");
+  const comparison::Tolerance tolerance{.absolute = number_from_json(given.at("absolute")),
+                                        .relative = number_from_json(given.at("relative")),
+                                        .factor = number_from_json(given.at("factor"))};
+  const Quantity judged{.value = number("simulated"),
+                        .lower = tolerance.lower(recorded),
+                        .upper = tolerance.upper(recorded),
+                        .uncertainty = number("expanded_uncertainty")};
+  require_of_comparison(number("lower") == judged.lower && number("upper") == judged.upper,
+                        "the limits of " + name + " are not those of its tolerance");
+  require_of_comparison(judged.uncertainty >= number("u_val") && number("u_val") >= 0.0,
+                        "the uncertainty of " + name);
+  require_of_comparison(feature.at("verdict") == comparison::verdict_word(judged.status()) ||
+                            feature.at("verdict") == "not comparable",
+                        "the verdict on " + name);
+}
+
+/// Throws std::runtime_error if a comparison.json lacks features, or if its verdicts, ratings and
+/// counts do not agree.
+void check_comparison(const Json& json) {
+  using enum comparison::QuantityKind;
+  constexpr std::array kinds{pressure, force, insertion};
+  const std::string quantity = json.at("quantity");
+  const auto* kind =
+      std::ranges::find(kinds, quantity, [](auto each) { return comparison::name_of(each); });
+  require_of_comparison(kind != kinds.end(), "quantity \"" + quantity + "\"");
+  std::map<std::string, std::map<std::string, int>> counts;
+  const Json none = Json::array();
+  for (const Json& recording : json.at("recordings")) {
+    ++counts[recording.at("group")][recording.at("verdict")];
+    const Json& features = recording.contains("features") ? recording.at("features") : none;
+    if (features.empty()) { continue; }
+    for (const comparison::Feature each : comparison::features_of(*kind)) {
+      const std::string name(comparison::name_of(each));
+      const auto found = std::ranges::find_if(
+          features, [&name](const Json& feature) { return feature.at("name") == name; });
+      require_of_comparison(found != features.end(), "it lacks the feature " + name);
+      check_feature(*found, comparison::is_time(each));
+    }
+    const Json& rating = recording.at("rating");
+    if (rating.is_null()) { continue; }
+    const std::string_view grade = comparison::grade_of(number_from_json(rating.at("overall")));
+    require_of_comparison(rating.at("grade") == grade, "the grade of a rating");
+    require_of_comparison(recording.at("verdict") != "agrees" || grade != "poor",
+                          "it agrees, and its curve is rated poor");
+  }
+  for (const Json& group : json.at("groups")) {
+    std::map<std::string, int>& count = counts[group.at("group")];
+    require_of_comparison(
+        group.at("agree") == count["agrees"] &&
+            group.at("differ") == count["differs"] + count["features agree, curve does not"] &&
+            group.at("not_distinguishable") == count["not distinguishable"] &&
+            group.at("not_comparable") == count["not comparable"],
+        "the counts of group " + group.at("group").get<std::string>());
+  }
+}
+
 /// Outcomes of comparison.json, one for each recording: comparison/KIND/NAME.
 std::vector<Outcome> comparison_outcomes(const Json& json) {
   static const std::map<std::string, Status> statuses{
@@ -304,7 +378,9 @@ std::vector<Outcome> comparison_outcomes(const Json& json) {
 /// Outcomes of a comparison.json. Throws InputError with its name.
 std::vector<Outcome> compared_in(const std::string& text, const std::string& name) {
   try {
-    return comparison_outcomes(parse_sealed(text));
+    const Json json = parse_sealed(text);
+    check_comparison(json);
+    return comparison_outcomes(json);
   } catch (const std::exception& problem) {
     throw json_trouble(name, text, problem, "comparison.json as palpate compare wrote it");
   }

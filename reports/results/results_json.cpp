@@ -121,6 +121,9 @@ Quantity quantity_from(const Json& json) {
              .upper = limit_from(json.at("upper"), unbounded),
              .bound_from = json.at("bound_from"),
              .uncertainty = number_from_json(json.value("uncertainty", Json(0.0)))};
+  if (!(q.uncertainty >= 0.0)) {
+    throw std::runtime_error("quantity " + q.name + " has an uncertainty that is no number >= 0");
+  }
   const std::string status = json.value("status", status_of(q));
   if (status != status_of(q)) {
     throw std::runtime_error("quantity " + q.name + " has the status \"" + status +

@@ -147,6 +147,24 @@ TEST("a certificate or a histogram that was changed is refused, and an unchanged
                   "c.json");
 }
 
+TEST("a loop that began the scene again has less time than its ticks have periods") {
+  CertificateReport report = sample(0);
+  report.result.loads.front().scene.restarts = 9;
+  report.result.loads.front().scene.seconds = 1.995;
+  const std::string histogram = to_csv(report);
+  CHECK(verified_certificate(sealed_text(Json::parse(to_json(report)), 2), histogram, "c.json")
+            .verdict == "certified");
+}
+
+TEST("a certificate of a loop that was interrupted before it began is read") {
+  CertificateReport report = sample(0);
+  report.result.loads.clear();
+  report.result.interrupted = true;
+  const std::string histogram = to_csv(report);
+  CHECK(verified_certificate(sealed_text(Json::parse(to_json(report)), 2), histogram, "c.json")
+            .verdict == "environment not qualified");
+}
+
 TEST("a certificate that contradicts itself is refused although its seal fits") {
   const std::string text = to_json(sample(0));
   const auto refused = [&](const std::function<void(Json&)>& change, const char* message,
@@ -172,6 +190,12 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   refused([&](Json& json) { of_scene(json, "seconds", -5.0); }, "negative seconds");
   refused([&](Json& json) { of_scene(json, "seconds", 0.5); }, "ticks within 0.5 s of 1000 Hz");
   refused([&](Json& json) { of_scene(json, "paused_s", 1e3); }, "ticks within");
+  refused(
+      [&](Json& json) {
+        of_scene(json, "restarts", 3);
+        of_scene(json, "seconds", 1.99);
+      },
+      "ticks within");
   refused([&](Json& json) { of_scene(json, "longest_recovery_us", 9.0); },
           "a longest recovery of 9 us");
   refused([&](Json& json) { of_scene(json, "minor_faults", -1); }, "negative minor_faults");

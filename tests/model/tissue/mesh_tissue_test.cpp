@@ -381,6 +381,17 @@ TEST("of two bodies in one place the one of higher priority has it, of equals th
   CHECK(kept(1, 0) == std::pair(std::size_t{125}, std::size_t{0}));
 }
 
+TEST("a box around bodies whose corners are not in order is refused") {
+  for (const Eigen::Vector3d& max :
+       {Eigen::Vector3d(-0.01, 0.01, 0.01), Eigen::Vector3d(0.01, 0.01, 0.0)}) {
+    std::vector<Violation> broken;
+    const MeshSettings settings{.voxel = 0.002, .surround = Surround{"soft", {0.0, 0.0, 0.0}, max}};
+    (void)mesh_tissue({}, settings, {}, broken);
+    CHECK(std::ranges::any_of(
+        broken, [](const Violation& each) { return each.key == "tissue.mesh.surround.max"; }));
+  }
+}
+
 TEST("what surrounds bodies fills the rest of its box, and nodes of bone never move") {
   const MeshSettings settings{.voxel = 0.002,
                               .surround = Surround{"soft", {0.0, 0.0, 0.0}, {0.01, 0.01, 0.01}}};
