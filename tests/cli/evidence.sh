@@ -146,6 +146,34 @@ refused 2 "edited.jsonl: was changed" evidence judged edited.jsonl compared --co
 cp -r compared edited
 sed -i 's/"holds": true/"holds": false/' edited/comparison.json
 refused 2 "comparison.json: was changed" evidence judged speeds.jsonl edited --context context.toml --out no.zip
+
+# A comparison whose numbers contradict each other, sealed again.
+cat >contradict.py <<'END'
+import hashlib, json, sys
+path, edit = "edited/comparison.json", sys.argv[1]
+c = json.load(open("compared/comparison.json"))
+r, g = c["recordings"][0], c["groups"][0]
+f = next(f for f in r["features"] if f["name"] == "peak")
+exec(edit)
+c["seal"] = "0" * 64
+c["seal"] = hashlib.sha256((json.dumps(c) + "\n").encode()).hexdigest()
+open(path, "w").write(json.dumps(c) + "\n")
+END
+contradicts() {  # expected message, statement of Python
+  rm -rf edited
+  cp -r compared edited
+  python3 contradict.py "$2"
+  refused 2 "$1" evidence judged speeds.jsonl edited --context context.toml --out no.zip
+}
+contradicts "peak has both values and is not judged" 'f["verdict"] = "not judged"'
+contradicts "it lacks the feature peak" 'r["features"].remove(f)'
+contradicts "the limits of peak are not those of its tolerance" 'f["upper"] = 1e9'
+contradicts "the error of peak" 'f["simulated"] *= 2'
+contradicts "the verdict on peak" 'f["simulated"] *= 2; f["error"] = f["simulated"] - f["recorded"]'
+contradicts "the uncertainty of peak" 'f["expanded_uncertainty"] = -1.0'
+contradicts "the grade of a rating" 'r["rating"]["grade"] = "good"'
+contradicts "it agrees, and its curve is rated poor" 'r["rating"].update(overall=0.1, grade="poor")'
+contradicts "the counts of group" 'g["differ"] = 1'
 "$palpate" run "$scenes/oscillator.toml" --out ran --quiet >said
 "$palpate" evidence judged speeds.jsonl ran compared --context context.toml --out run.zip --quiet >said
 "$palpate" verify run.zip >said || fail "$(cat said)"

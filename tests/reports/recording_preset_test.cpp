@@ -102,6 +102,19 @@ TEST("a preset of another rig is a JSON file with the same keys") {
   CHECK(read.recording.subject.empty());
 }
 
+TEST("a preset does not make a reconstructed recording a measured one") {
+  const scratch::Folder folder;
+  const fs::path file =
+      folder.file("a.csv", "time_s,force_N,kind\n0,1,reconstructed\n1,2,reconstructed\n");
+  for (const char* kind : {"measured", "measured-phantom"}) {
+    const std::string text = std::string(R"({"columns": {}, "kind": ")") + kind + "\"}";
+    const RecordingPreset preset = preset_named(folder.file("rig.json", text).string());
+    InputRecording read = read_any_recording(file, RecordingFormat::automatic, preset.read);
+    apply(preset, file, read);
+    CHECK(read.recording.kind == Recording::Kind::reconstructed);
+  }
+}
+
 TEST("a preset that is not as described is refused with its reason") {
   struct {
     const char* json;

@@ -143,6 +143,9 @@ TEST("a status against the numbers of its quantity or case is refused") {
                "quantity q has the status \"fail\", and by its value and bounds \"pass\"");
   CHECK_THROWS(results_from_json(with("\"skipped\": null", "\"skipped\": \"why\""), "r.json"),
                "case a/b has the status \"pass\", and a reason why it was skipped");
+  CHECK_THROWS(
+      results_from_json(with("\"upper\": 2.0,", "\"upper\": 0.5, \"uncertainty\": -1,"), "r.json"),
+      "quantity q has an uncertainty that is no number >= 0");
 }
 
 TEST("what varies between runs is left out and nothing else") {
