@@ -283,9 +283,25 @@ void check_summary(const Json& summary, const Trace& trace) {
   if (corners != nullptr && smallest > std::ranges::min(corners->values)) {
     refuse("smallest_jacobian");
   }
-  if (smallest <= 0.0 && summary.at("status") == "ok") {
+  if (summary.at("status") != "ok") { return; }
+  if (smallest <= 0.0) {
     throw std::runtime_error(
         "status is ok, but smallest_jacobian says that cells turned inside out");
+  }
+  for (const char* key : {"diverged_at_s", "unreliable_because"}) {
+    if (summary.contains(key) && !summary.at(key).is_null()) {
+      throw std::runtime_error(std::string("status is ok, but it has ") + key);
+    }
+  }
+  const Json step = summary.value("integrator_step_s", Json());
+  if (!step.is_number() || trace.time.size() < 2) { return; }
+  // The last row is that of the last tick, or of one before it where not every tick is kept.
+  const double end = number_from_json(summary.at("steps")) * number_from_json(step);
+  const double last = trace.time.back();
+  const double apart = last - trace.time[trace.time.size() - 2];
+  constexpr double rounding = 1e-6;
+  if (!(last <= end * (1.0 + rounding) && end - last <= apart + rounding * end)) {
+    refuse("the time of its steps");
   }
 }
 

@@ -183,16 +183,23 @@ expect 1 "$palpate" gate "$out/map" --baseline "$out/map.json" --out "$out/map-g
 grep -q "palpation-map" "$out/said"
 
 # A summary that contradicts its trace is refused, also with its seal computed again.
-epidural "$out/deeper"
-python3 - "$out/deeper" <<'END'
+contradicted() {  # expected message, pattern and its replacement in summary.json
+  rm -rf "$out/forged"
+  cp -r "$out/deeper" "$out/forged"
+  python3 - "$out/forged" "$2" "$3" <<'END'
 import hashlib, re, sys
 file = sys.argv[1] + "/summary.json"
-text = re.sub('"deepest_m": [^,]*,', '"deepest_m": 0.05,', open(file).read())
+text = re.sub(sys.argv[2], sys.argv[3], open(file).read())
 unsealed = re.sub('"seal": "[^"]*"', '"seal": "' + 64 * "0" + '"', text)
 open(file, "w").write(unsealed.replace(64 * "0", hashlib.sha256(unsealed.encode()).hexdigest()))
 END
-expect 2 "$palpate" gate "$out/deeper" --baseline "$out/rows.json" --out "$out/map-gate"
-grep -q "deepest_m is not that of trace.h5" "$out/said"
+  expect 2 "$palpate" gate "$out/forged" --baseline "$out/rows.json" --out "$out/map-gate"
+  grep -q "$1" "$out/said" || { cat "$out/said"; exit 1; }
+}
+epidural "$out/deeper"
+contradicted "deepest_m is not that of trace.h5" '"deepest_m": [^,]*,' '"deepest_m": 0.05,'
+contradicted "the time of its steps is not that of trace.h5" '"steps": [^,]*,' '"steps": 7,'
+contradicted "status is ok, but it has diverged_at_s" '"status": "ok",' '"status": "ok", "diverged_at_s": 0.1,'
 
 # Other numbers of a summary are compared.
 python3 - "$out/map" <<'END'
