@@ -16,8 +16,6 @@ target_compile_options(palpate_build_options INTERFACE
   -Wno-restrict
   # With the second square roots vectorise; it changes no value.
   ${contraction} -fno-math-errno
-  # g++ collects the garbage of its own memory less often: a tenth less time where templates are many.
-  $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=60> $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=1000000>
   # Simulators and our own step library are shared libraries; programs share the precompiled headers with them.
   -fPIC)
 if(PALPATE_STRICT)

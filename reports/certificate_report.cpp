@@ -496,56 +496,53 @@ std::map<std::string, std::map<long, long>> ticks_in(const std::string& histogra
   return ticks;
 }
 
-void require(bool holds, const std::string& what) {
-  if (!holds) { throw std::runtime_error("contradicts itself: " + what); }
-}
-
 /// Throws std::runtime_error if the numbers of a phase contradict each other.
 void check_phase(const Json& phase, double deadline_us, const std::string& which) {
   const auto ticks = whole_from_json<long>(phase.at("ticks"));
   const auto steps = whole_from_json<long>(phase.at("steps"));
   const auto misses = whole_from_json<long>(phase.at("misses"));
-  require(0 <= steps && steps <= ticks && 0 <= misses && misses <= ticks,
-          which + " has " + std::to_string(misses) + " misses and " + std::to_string(steps) +
-              " steps in " + std::to_string(ticks) + " ticks");
+  require_consistent(0 <= steps && steps <= ticks && 0 <= misses && misses <= ticks,
+                     which + " has " + std::to_string(misses) + " misses and " +
+                         std::to_string(steps) + " steps in " + std::to_string(ticks) + " ticks");
   for (const char* key :
        {"restarts", "minor_faults", "major_faults", "voluntary_switches", "involuntary_switches"}) {
-    require(whole_from_json<long>(phase.at(key)) >= 0, which + " has negative " + key);
+    require_consistent(whole_from_json<long>(phase.at(key)) >= 0, which + " has negative " + key);
   }
   for (const char* key : {"seconds", "paused_s", "longest_recovery_us"}) {
-    require(number_from_json(phase.at(key)) >= 0.0, which + " has negative " + key);
+    require_consistent(number_from_json(phase.at(key)) >= 0.0, which + " has negative " + key);
   }
   const auto run = whole_from_json<long>(phase.at("longest_miss_run"));
-  require(run <= misses && (run > 0) == (misses > 0), which + " has runs of " +
-                                                          std::to_string(run) + " misses, and " +
-                                                          std::to_string(misses) + " in all");
+  require_consistent(run <= misses && (run > 0) == (misses > 0),
+                     which + " has runs of " + std::to_string(run) + " misses, and " +
+                         std::to_string(misses) + " in all");
   const double limit = miss_probability_upper(misses, steps);
   const double given = number_from_json(phase.at("miss_probability_upper_95"));
   constexpr double rounding = 1e-9;
-  require(std::abs(given - limit) <= rounding * limit, which + " has the miss probability " +
-                                                           short_number(given) + " instead of " +
-                                                           short_number(limit));
+  require_consistent(std::abs(given - limit) <= rounding * limit,
+                     which + " has the miss probability " + short_number(given) + " instead of " +
+                         short_number(limit));
   if (phase.at("response_us").is_null()) {
-    require(ticks == 0, which + " has no response times");
+    require_consistent(ticks == 0, which + " has no response times");
     return;
   }
   const double slowest = number_from_json(phase.at("response_us").at("max"));
-  require((slowest > deadline_us) == (misses > 0), which + " has " + std::to_string(misses) +
-                                                       " misses, and its slowest tick took " +
-                                                       short_number(slowest) + " us");
+  require_consistent((slowest > deadline_us) == (misses > 0),
+                     which + " has " + std::to_string(misses) +
+                         " misses, and its slowest tick took " + short_number(slowest) + " us");
   // From when the first missed tick was due; the slowest tick is one of those.
   const double recovery = number_from_json(phase.at("longest_recovery_us"));
-  require(misses > 0 ? recovery >= slowest * (1.0 - rounding) : recovery == 0.0,
-          which + " has a longest recovery of " + short_number(recovery) +
-              " us, and its slowest tick took " + short_number(slowest) + " us");
+  require_consistent(misses > 0 ? recovery >= slowest * (1.0 - rounding) : recovery == 0.0,
+                     which + " has a longest recovery of " + short_number(recovery) +
+                         " us, and its slowest tick took " + short_number(slowest) + " us");
   for (const char* of : {"wakeup_us", "compute_us", "response_us"}) {
     double least = 0.0;
     for (const char* key : {"min", "p50", "p90", "p99", "p99.9", "p99.99", "max"}) {
       const Json& value = phase.at(of).at(key);
       if (value.is_null()) { continue; }
       const double now = number_from_json(value);
-      require(now >= least && now <= slowest * (1.0 + rounding),
-              which + " has the time " + std::string(of) + "." + key + " = " + short_number(now));
+      require_consistent(
+          now >= least && now <= slowest * (1.0 + rounding),
+          which + " has the time " + std::string(of) + "." + key + " = " + short_number(now));
       least = now;
     }
   }
@@ -571,15 +568,16 @@ void check_column(const std::map<std::string, std::map<long, long>>& ticks,
     }
   }
   const std::string what = "histogram.csv has other ticks in column " + column;
-  require(sum == count, what);
+  require_consistent(sum == count, what);
   if (count == 0) { return; }
   const double most = number_from_json(phase.at(times).at("max"));
   constexpr auto end = static_cast<double>(LatencyHistogram::bin_count);  // last: all longer times
   constexpr double half = 0.5 + 1e-6;
-  require(std::abs(static_cast<double>(last) + 0.5 - std::min(most, end - 0.5)) <= half,
-          what + ": the slowest");
-  require(column == "wakeup" || column == "compute" || (late <= misses && misses <= perhaps),
-          what + ": those after the deadline");
+  require_consistent(std::abs(static_cast<double>(last) + 0.5 - std::min(most, end - 0.5)) <= half,
+                     what + ": the slowest");
+  require_consistent(
+      column == "wakeup" || column == "compute" || (late <= misses && misses <= perhaps),
+      what + ": those after the deadline");
 }
 
 /// Throws std::runtime_error if a tail is extrapolated although a check does not hold, or without
@@ -596,10 +594,11 @@ void check_tail(const Json& tail) {
   };
   const Json& checks = tail.at("checks");
   for (const Json& check : checks) {
-    require(holds(check) == check.at("holds").get<bool>(), "a check of its tail");
+    require_consistent(holds(check) == check.at("holds").get<bool>(), "a check of its tail");
   }
-  require(!tail.at("refused").is_null() || (!checks.empty() && std::ranges::all_of(checks, holds)),
-          "its tail was not refused, and a check does not hold or there is none");
+  require_consistent(
+      !tail.at("refused").is_null() || (!checks.empty() && std::ranges::all_of(checks, holds)),
+      "its tail was not refused, and a check does not hold or there is none");
 }
 
 /// Throws std::runtime_error if the events of a certified scene are not those that it declares: the
@@ -618,15 +617,16 @@ void check_events(const Json& json, const std::map<std::string, std::string>& ke
   bool touches = false;
   for (const Json& event : json.at("events")) {
     const double time = number_from_json(event.at("scene_s"));
-    require(time >= 0.0 && time <= last, "an event at " + short_number(time) + " s in a scene of " +
-                                             short_number(duration) + " s");
+    require_consistent(
+        time >= 0.0 && time <= last,
+        "an event at " + short_number(time) + " s in a scene of " + short_number(duration) + " s");
     touches = touches || event.at("event").get<std::string>().starts_with("contact");
   }
   const bool tool = std::ranges::any_of(keys, [](const auto& key) {
     return key.first.starts_with("needle.") || key.first.starts_with("probe.");
   });
   if (!tool) { return; }
-  require(touches, "it is certified without a contact of the tool");
+  require_consistent(touches, "it is certified without a contact of the tool");
   const auto kind = keys.find("drive.kind");
   const double speed = number("drive.speed");
   if (kind == keys.end() || kind->second.find("trajectory") == std::string::npos ||
@@ -637,9 +637,9 @@ void check_events(const Json& json, const std::map<std::string, std::string>& ke
   double shortest = way / speed;
   const double back = number("drive.withdraw_speed");
   if (back > 0.0) { shortest += number("drive.hold") + way / back; }
-  require(duration * (1.0 + rounding) >= shortest, "its scene of " + short_number(duration) +
-                                                       " s ends before the way of the drive, " +
-                                                       short_number(shortest) + " s");
+  require_consistent(duration * (1.0 + rounding) >= shortest,
+                     "its scene of " + short_number(duration) +
+                         " s ends before the way of the drive, " + short_number(shortest) + " s");
 }
 
 /// Throws std::runtime_error if a certificate's verdict does not follow from its numbers, or these
@@ -667,12 +667,13 @@ void check_certificate(const Json& json, const std::string& histogram) {
     enough = enough && ticks_of(load.at("scene")) >= needed;
     ticks = std::max(ticks, ticks_of(load.at("scene")));
   }
-  require(loads.empty() || worst != nullptr, "the worst load is none of its loads");
+  require_consistent(loads.empty() || worst != nullptr, "the worst load is none of its loads");
   if (worst != nullptr) {
     for (const auto& [key, value] : worst->at("scene").items()) {
-      require(json.at(key) == value, key + " is not that of the worst load");
+      require_consistent(json.at(key) == value, key + " is not that of the worst load");
     }
-    require(json.at("control") == worst->at("control"), "control is not that of the worst load");
+    require_consistent(json.at("control") == worst->at("control"),
+                       "control is not that of the worst load");
     const auto histograms = ticks_in(histogram);
     check_column(histograms, "wakeup", worst->at("scene"), "wakeup_us", deadline);
     check_column(histograms, "compute", worst->at("scene"), "compute_us", deadline);
@@ -688,54 +689,59 @@ void check_certificate(const Json& json, const std::string& histogram) {
   double seconds = 0.0;
   std::from_chars(step.data(), step.data() + step.size(), seconds);
   claim.ticks_per_step = std::lround(claim.rate * seconds);
-  require(whole_from_json<long>(json.at("nodes")) >= 0 &&
-              whole_from_json<long>(json.at("springs")) >= 0,
-          "negative nodes or springs");
-  require(json.at("schema") == 1 && json.at("confidence") == 0.95 &&
-              json.at("events_absent").is_array(),
-          "its schema, confidence or list of absent events");
+  require_consistent(whole_from_json<long>(json.at("nodes")) >= 0 &&
+                         whole_from_json<long>(json.at("springs")) >= 0,
+                     "negative nodes or springs");
+  require_consistent(json.at("schema") == 1 && json.at("confidence") == 0.95 &&
+                         json.at("events_absent").is_array(),
+                     "its schema, confidence or list of absent events");
   check_tail(json.at("tail"));
-  require(claim.max_miss_rate > 0.0 && claim.max_miss_rate < 1.0 && claim.ticks_per_step >= 1,
-          "max_miss_rate, rate_hz and the step of the scene");
-  require(needed == claim.ticks_needed(),
-          "ticks_needed is not that of max_miss_rate, rate_hz and the step of the scene");
+  require_consistent(
+      claim.max_miss_rate > 0.0 && claim.max_miss_rate < 1.0 && claim.ticks_per_step >= 1,
+      "max_miss_rate, rate_hz and the step of the scene");
+  require_consistent(
+      needed == claim.ticks_needed(),
+      "ticks_needed is not that of max_miss_rate, rate_hz and the step of the scene");
   constexpr double rounding = 1e-9;
-  require(deadline <= us * claim.period() * (1.0 + rounding), "deadline_us is over a period");
+  require_consistent(deadline <= us * claim.period() * (1.0 + rounding),
+                     "deadline_us is over a period");
   for (const Json& load : loads) {
     const Json& scene = load.at("scene");
-    require(whole_from_json<long>(scene.at("steps")) == ticks_of(scene) / claim.ticks_per_step,
-            "steps are not those of rate_hz and the step of the scene");
+    require_consistent(
+        whole_from_json<long>(scene.at("steps")) == ticks_of(scene) / claim.ticks_per_step,
+        "steps are not those of rate_hz and the step of the scene");
     for (const char* phase : {"control", "scene"}) {
       const bool whole = !json.at("interrupted").get<bool>() && !load.at(phase).at("given_up");
       const long found = ticks_of(load.at(phase));
-      require(whole ? found == claim.ticks() : found <= claim.ticks(),
-              "ticks are not those of rate_hz and duration_s");
+      require_consistent(whole ? found == claim.ticks() : found <= claim.ticks(),
+                         "ticks are not those of rate_hz and duration_s");
       // A tick begins when it is due, and after each restart a new row of ticks begins.
       const double took = number_from_json(load.at(phase).at("seconds"));
       const long periods = found - 1 - whole_from_json<long>(load.at(phase).at("restarts"));
-      require(took >= 0.999 * static_cast<double>(periods) * claim.period() &&
-                  number_from_json(load.at(phase).at("paused_s")) <= took,
-              std::to_string(found) + " ticks within " + short_number(took) + " s of " +
-                  short_number(claim.rate) + " Hz");
+      require_consistent(took >= 0.999 * static_cast<double>(periods) * claim.period() &&
+                             number_from_json(load.at(phase).at("paused_s")) <= took,
+                         std::to_string(found) + " ticks within " + short_number(took) + " s of " +
+                             short_number(claim.rate) + " Hz");
     }
   }
   double costliest = 0.0;
   for (const Json& probe : json.at("compute_budget").at("provocations")) {
     const double spent = number_from_json(probe.at("processor_us"));
     costliest = std::max(costliest, spent);
-    require(whole_from_json<long>(probe.at("ticks")) > 0 &&
-                whole_from_json<long>(probe.at("repetitions")) > 0,
-            "a provocation without ticks");
+    require_consistent(whole_from_json<long>(probe.at("ticks")) > 0 &&
+                           whole_from_json<long>(probe.at("repetitions")) > 0,
+                       "a provocation without ticks");
   }
   const Json& most = json.at("compute_budget").at("worst_us");
-  require(most.is_null() ? costliest == 0.0
+  require_consistent(most.is_null()
+                         ? costliest == 0.0
                          : std::abs(number_from_json(most) - costliest) <= rounding * costliest,
-          "worst_us is not that of the provocations");
+                     "worst_us is not that of the provocations");
   for (const Json& probe : json.at("compute_budget").at("provocations")) {
     const double spent = number_from_json(probe.at("processor_us"));
-    require(std::abs(number_from_json(probe.at("share_of_deadline")) * deadline - spent) <=
-                rounding * spent,
-            "share_of_deadline is not that of processor_us and deadline_us");
+    require_consistent(std::abs(number_from_json(probe.at("share_of_deadline")) * deadline -
+                                spent) <= rounding * spent,
+                       "share_of_deadline is not that of processor_us and deadline_us");
   }
   std::string ran = json.at("resolved_scene");
   for (const Json& input : json.at("inputs")) {
@@ -746,8 +752,8 @@ void check_certificate(const Json& json, const std::string& histogram) {
            json.at("subject_options").get<std::string>();
   }
   ran += "\n" + json.at("code_hash").get<std::string>();
-  require(json.at("scene_hash") == io::sha256(ran),
-          "scene_hash is not that of resolved_scene, inputs, simulator and code_hash");
+  require_consistent(json.at("scene_hash") == io::sha256(ran),
+                     "scene_hash is not that of resolved_scene, inputs, simulator and code_hash");
   const Json& environment = json.at("environment");
   const auto granted = [&environment](const char* key, const char* begin) {
     return environment.at(key).get<std::string>().starts_with(begin);
@@ -764,12 +770,13 @@ void check_certificate(const Json& json, const std::string& histogram) {
                         : !qualified ? Status::inconclusive
                         : holds      ? Status::pass
                                      : Status::fail;
-  require(verdict == verdict_word(status), "it says \"" + verdict + "\", and its numbers \"" +
-                                               std::string(verdict_word(status)) + "\"");
+  require_consistent(
+      verdict == verdict_word(status),
+      "it says \"" + verdict + "\", and its numbers \"" + std::string(verdict_word(status)) + "\"");
   if (status != Status::pass) { return; }
   check_events(json, keys);
   const Json& scene = worst->at("scene");
-  require(
+  require_consistent(
       json.at("reason") == certified_text(claim, ticks_of(scene),
                                           number_from_json(scene.at("miss_probability_upper_95")),
                                           loads.size(), json.at("load")),

@@ -3,10 +3,10 @@
 #include "model/stepping/step_plan.hpp"
 
 #include <algorithm>
+#include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -308,24 +308,19 @@ void warn_of_units(const Scene& scene, StepPlan& plan) {
 void warn_of_loose_parts(const Scene& scene, const SpringNetwork& network, StepPlan& plan) {
   const bool one_part = scene.tissue.source == Source::lattice;
   if (one_part || std::ranges::count(network.fixed, 1) == 0) { return; }
-  std::vector<int> parent(static_cast<std::size_t>(network.node_count()));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root_of = [&](int node) {
-    const auto up = [&](int of) -> int& { return parent[static_cast<std::size_t>(of)]; };
-    while (up(node) != node) { node = up(node) = up(up(node)); }
-    return node;
+  boost::disjoint_sets_with_storage<> parts(static_cast<std::size_t>(network.node_count()));
+  const auto part_of = [&parts](int node) {
+    return parts.find_set(static_cast<std::size_t>(node));
   };
-  for (const Spring& spring : network.springs) {
-    parent[static_cast<std::size_t>(root_of(spring.a))] = root_of(spring.b);
-  }
-  std::set<int> held;
+  for (const Spring& spring : network.springs) { parts.link(part_of(spring.a), part_of(spring.b)); }
+  std::set<std::size_t> held;
   for (int node = 0; node < network.node_count(); ++node) {
-    if (network.is_fixed(node)) { held.insert(root_of(node)); }
+    if (network.is_fixed(node)) { held.insert(part_of(node)); }
   }
   long loose = 0;
   double depth = std::numeric_limits<double>::infinity();
   for (int node = 0; node < network.node_count(); ++node) {
-    if (held.contains(root_of(node))) { continue; }
+    if (held.contains(part_of(node))) { continue; }
     ++loose;
     depth = std::min(depth, network.rest_position(2, node));
   }

@@ -269,19 +269,16 @@ Outcome qualification_outcome(const Json& json) {
   return outcome;
 }
 
-void require_of_comparison(bool holds, const std::string& what) {
-  if (!holds) { throw std::runtime_error("contradicts itself: " + what); }
-}
-
 /// Throws std::runtime_error if the verdict on a feature does not follow from its numbers.
 void check_feature(const Json& feature, bool is_time) {
   if (feature.at("recorded").is_null() || feature.at("simulated").is_null()) { return; }
   const std::string name = feature.at("name");
   const auto number = [&feature](const char* key) { return number_from_json(feature.at(key)); };
   const double recorded = number("recorded");
-  require_of_comparison(number("error") == number("simulated") - recorded, "the error of " + name);
+  const double error = number("simulated") - recorded;
+  require_consistent(number("error") == error || std::isnan(error), "the error of " + name);
   if (feature.at("verdict") == "not judged") {
-    return require_of_comparison(is_time, name + " has both values and is not judged");
+    return require_consistent(is_time, name + " has both values and is not judged");
   }
   const Json& given = feature.at("tolerance");
   const comparison::Tolerance tolerance{.absolute = number_from_json(given.at("absolute")),
@@ -291,13 +288,15 @@ void check_feature(const Json& feature, bool is_time) {
                         .lower = tolerance.lower(recorded),
                         .upper = tolerance.upper(recorded),
                         .uncertainty = number("expanded_uncertainty")};
-  require_of_comparison(number("lower") == judged.lower && number("upper") == judged.upper,
-                        "the limits of " + name + " are not those of its tolerance");
-  require_of_comparison(judged.uncertainty >= number("u_val") && number("u_val") >= 0.0,
-                        "the uncertainty of " + name);
-  require_of_comparison(feature.at("verdict") == comparison::verdict_word(judged.status()) ||
-                            feature.at("verdict") == "not comparable",
-                        "the verdict on " + name);
+  require_consistent(number("lower") == judged.lower && number("upper") == judged.upper,
+                     "the limits of " + name + " are not those of its tolerance");
+  require_consistent(judged.uncertainty >= number("u_val") && number("u_val") >= 0.0,
+                     "the uncertainty of " + name);
+  const bool finite = std::isfinite(judged.value) && std::isfinite(judged.lower) &&
+                      std::isfinite(judged.upper) && std::isfinite(judged.uncertainty);
+  require_consistent(
+      feature.at("verdict") == comparison::verdict_word(finite ? judged.status() : Status::error),
+      "the verdict on " + name);
 }
 
 /// Throws std::runtime_error if a comparison.json lacks features, or if its verdicts, ratings and
@@ -308,7 +307,7 @@ void check_comparison(const Json& json) {
   const std::string quantity = json.at("quantity");
   const auto* kind =
       std::ranges::find(kinds, quantity, [](auto each) { return comparison::name_of(each); });
-  require_of_comparison(kind != kinds.end(), "quantity \"" + quantity + "\"");
+  require_consistent(kind != kinds.end(), "quantity \"" + quantity + "\"");
   std::map<std::string, std::map<std::string, int>> counts;
   const Json none = Json::array();
   for (const Json& recording : json.at("recordings")) {
@@ -319,19 +318,19 @@ void check_comparison(const Json& json) {
       const std::string name(comparison::name_of(each));
       const auto found = std::ranges::find_if(
           features, [&name](const Json& feature) { return feature.at("name") == name; });
-      require_of_comparison(found != features.end(), "it lacks the feature " + name);
+      require_consistent(found != features.end(), "it lacks the feature " + name);
       check_feature(*found, comparison::is_time(each));
     }
     const Json& rating = recording.at("rating");
     if (rating.is_null()) { continue; }
     const std::string_view grade = comparison::grade_of(number_from_json(rating.at("overall")));
-    require_of_comparison(rating.at("grade") == grade, "the grade of a rating");
-    require_of_comparison(recording.at("verdict") != "agrees" || grade != "poor",
-                          "it agrees, and its curve is rated poor");
+    require_consistent(rating.at("grade") == grade, "the grade of a rating");
+    require_consistent(recording.at("verdict") != "agrees" || grade != "poor",
+                       "it agrees, and its curve is rated poor");
   }
   for (const Json& group : json.at("groups")) {
     std::map<std::string, int>& count = counts[group.at("group")];
-    require_of_comparison(
+    require_consistent(
         group.at("agree") == count["agrees"] &&
             group.at("differ") == count["differs"] + count["features agree, curve does not"] &&
             group.at("not_distinguishable") == count["not distinguishable"] &&

@@ -114,6 +114,11 @@ void check_verdict(const Outcome& outcome);
 /// Parses a number, or one of the texts "nan", "inf" and "-inf".
 double number_from_json(const nlohmann::ordered_json& json);
 
+/// Throws std::runtime_error for numbers of a sealed file that contradict each other.
+inline void require_consistent(bool holds, const std::string& what) {
+  if (!holds) { throw std::runtime_error("contradicts itself: " + what); }
+}
+
 /// Parses a whole number. Throws std::runtime_error if it has a fraction or does not fit the type:
 /// the library converts such a number with undefined behaviour.
 template <class Whole> Whole whole_from_json(const nlohmann::ordered_json& json) {

@@ -324,7 +324,7 @@ TEST("threads that cannot share the work are not used, with a warning") {
   CHECK(mentions(implicit.warnings, "one thread: only a regular lattice"));
 }
 
-TEST("tissue in front of a gap that nothing holds is told") {
+TEST("a plan warns of tissue that no spring joins to a fixed node") {
   Scene scene = layered_scene();
   scene.tissue.layers = {{"sheet", "soft", 0.004},
                          {.tissue = "air", .thickness = 0.004, .gap = true},
