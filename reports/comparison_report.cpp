@@ -1017,7 +1017,7 @@ std::string verdict_sentence(const ComparisonReport& report) {
     sentence += ". Every feature that can be judged lies within its tolerance.";
     const std::string poor = poor_parts(report);
     if (!poor.empty()) {
-      sentence += " Rated poor by ISO/TS 18571 for a whole curve: " + poor + ".";
+      sentence += " ISO/TS 18571 rates the whole curve as poor in " + poor + ".";
     }
   } else {
     sentence += report.found.outcome.reasons.empty()

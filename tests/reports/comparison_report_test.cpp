@@ -362,7 +362,7 @@ TEST("a verdict names the parts of a curve's rating that are poor where the feat
   CHECK(comparison::grade_of(rating.slope) == "poor");
   CHECK(comparison::grade_of(rating.overall) != "poor");
   CHECK(holds(report));
-  CHECK_CONTAINS(verdict_sentence(report), " Rated poor by ISO/TS 18571 for a whole curve: slope.");
+  CHECK_CONTAINS(verdict_sentence(report), " ISO/TS 18571 rates the whole curve as poor in slope.");
 }
 
 TEST("the page counts recordings and their subjects, and the defects of each") {
