@@ -17,6 +17,12 @@
 #include <utility>
 #include <vector>
 
+/// Namespace of a test file. A unity build, which compiles several files as one, defines a name for
+/// each.
+#ifndef PALPATE_FILE
+#define PALPATE_FILE test_file
+#endif
+
 namespace scratch {
 
 /// Root folder of the project, which contains the shipped scenes and recordings.

@@ -14,7 +14,7 @@
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device;
 using namespace palpate::device::falcon;
@@ -190,4 +190,4 @@ TEST("a path that is not a terminal is refused by name") {
   CHECK_THROWS(TerminalLink("/dev/null"), "/dev/null");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

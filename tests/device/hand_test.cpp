@@ -4,7 +4,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device;
 using Vector = Eigen::Vector3d;
@@ -182,4 +182,4 @@ TEST("with an arm, what the hand takes from the grip the arm feels") {
   CHECK_NEAR(forces.on_grip + forces.on_arm, toward_intent, 1e-13);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

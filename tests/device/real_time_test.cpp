@@ -11,7 +11,7 @@
 
 using namespace palpate::device;
 
-namespace {
+namespace PALPATE_FILE {
 
 TEST("no tick begins before its time, at the rates of the Falcon") {
   for (const double rate : {300.0, 500.0, 1000.0, 2000.0}) {
@@ -112,4 +112,4 @@ TEST("processors stay awake during the lifetime of the object, or the refusal is
   CHECK(next_file() == before);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

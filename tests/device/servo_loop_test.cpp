@@ -7,7 +7,7 @@
 using namespace palpate::device;
 using Eigen::Vector3d;
 
-namespace {
+namespace PALPATE_FILE {
 
 /// Device whose position is the tick number, and half a unit more at the next exchange; it records
 /// the commanded forces.
@@ -90,4 +90,4 @@ TEST("the controller takes back what is missing, within its limit") {
   CHECK(controller.limit(-1.0, Vector3d::Zero(), force) == force);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

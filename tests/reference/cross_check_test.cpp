@@ -8,7 +8,7 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -255,4 +255,4 @@ TEST("long double improves with the tolerance where double has stopped, for know
   CHECK(before < 1e-14);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

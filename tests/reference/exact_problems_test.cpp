@@ -7,7 +7,7 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -113,4 +113,4 @@ TEST("solvers recover the chosen motion of a nonlinear lattice") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

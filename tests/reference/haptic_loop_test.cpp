@@ -7,7 +7,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -140,4 +140,4 @@ TEST("the angle of a point on a circle turns evenly") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

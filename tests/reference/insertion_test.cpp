@@ -153,7 +153,7 @@ inline double imbalance(const Trace& run) {
 
 }  // namespace sample
 
-namespace {
+namespace PALPATE_FILE {
 
 NeedleTrack track_of(const Scene& scene) { return needle_track(scene, build_network(scene)); }
 
@@ -797,4 +797,4 @@ TEST("a slow insertion follows the quasi-static curve") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -7,6 +7,8 @@
 
 #include "tests/check.hpp"
 
+namespace PALPATE_FILE {
+
 using namespace palpate::reference;
 
 TEST("a straight line gives the closed form of its normal equations") {
@@ -80,3 +82,5 @@ TEST("a search that is cut short says so, and fewer residuals than parameters ar
       !least_squares(curve, Eigen::VectorXd::Constant(1, -8.0), {.most_iterations = 1}).converged);
   CHECK_THROWS(least_squares(curve, Eigen::Vector2d(0.0, 0.0)), "fewer residuals");
 }
+
+}  // namespace PALPATE_FILE

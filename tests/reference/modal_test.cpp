@@ -12,7 +12,7 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -188,4 +188,4 @@ TEST("damping that is not proportional, and loads without a closed form, are ref
   CHECK_THROWS(solve_modal(DerivedProblem(sound), {0.0, 0.01}, {}), "closed form");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -12,7 +12,7 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -282,4 +282,4 @@ TEST("an unknown scheme is refused") {
   CHECK_THROWS(amplification("heun", sample_oscillator, 0.1), "heun");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -14,7 +14,7 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -332,4 +332,4 @@ TEST("a solution is computed once for each code, and is written but not read wit
   CHECK(kept.size() == 2);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -122,4 +122,4 @@ TEST("a punch on a layer has the published stiffness, and those of a half space 
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

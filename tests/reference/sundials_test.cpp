@@ -18,7 +18,7 @@
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::reference;
@@ -255,4 +255,4 @@ TEST("stock Fehlberg 13-7-8 saves an evaluation and loses its order, with an add
   CHECK(sound < 0.1 * stale);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -7,7 +7,7 @@
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::calibration;
 using namespace palpate;
@@ -100,4 +100,4 @@ TEST("the verdict of a fit that fails begins with the failure") {
   CHECK(calibration_verdict(report).starts_with("Nothing fitted"));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -8,7 +8,7 @@
 #include "reports/results/results_json.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::certificate;
 using namespace palpate;
@@ -333,4 +333,4 @@ TEST("each of several loads has its own columns after those of the worst") {
   CHECK(Json::parse(to_json(report))["load"] == "cpu");  // one tick supports least
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -13,7 +13,7 @@
 #include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using comparison::Feature;
@@ -375,4 +375,4 @@ TEST("the page counts recordings and their subjects, and the defects of each") {
                  "data-label=\"subjects\">3<", "data-label=\"recordings\">6<");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -10,7 +10,7 @@
 #include "tests/check.hpp"
 #include "validation/random.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::evidence;
@@ -121,4 +121,4 @@ TEST("every changed byte of a signed statement is found") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

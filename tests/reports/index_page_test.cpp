@@ -6,7 +6,7 @@
 #include "model/problem/input_error.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 namespace fs = std::filesystem;
@@ -78,4 +78,4 @@ TEST("folders are found once, those that were deleted are omitted, and damage ha
   CHECK_THROWS_AS(InputError, index_line_of(scratch.path() / "a"), "summary.json:1: ");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -9,7 +9,7 @@
 #include "validation/claims/clinical_fixture.hpp"
 #include "validation/statistics.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using comparison::deviation_of;
@@ -220,4 +220,4 @@ TEST("an incomplete table is refused by file, line and id") {
                "t.csv:2: P01 is in kPa; must be in mmHg");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -10,7 +10,7 @@
 #include "validation/claims/clinical_fixture.hpp"
 #include "validation/comparison/link_recording.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -154,4 +154,4 @@ TEST("a depth that is constant, or longer than a needle, is read with a warning"
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -12,7 +12,7 @@
 #include "validation/comparison/comparison.hpp"
 #include "validation/statistics.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using comparison::Feature;
@@ -238,4 +238,4 @@ TEST("measured insertions are imported without damage, and their features are th
   check::row.clear();
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

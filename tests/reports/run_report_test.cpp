@@ -6,7 +6,7 @@
 #include "reports/plot/trace_figures.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -306,4 +306,4 @@ TEST("a device that lost its position or its line is reported, and a sound one i
   CHECK(required(falcon_fact_list(facts), "requests without reply").value == "9");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

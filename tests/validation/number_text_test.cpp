@@ -6,7 +6,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -36,4 +36,4 @@ TEST("an exact number reads back as the same double; others have distinguishing 
   CHECK(digits_apart(1.0, std::nextafter(1.0, 2.0)) == 17);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -10,7 +10,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -115,4 +115,4 @@ TEST("on half the spacing loads keep their sum and their centre, and records the
   }));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

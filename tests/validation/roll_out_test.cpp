@@ -13,7 +13,7 @@
 #include "validation/subject/falcon_loop.hpp"
 #include "validation/subject/grip_replay.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -318,4 +318,4 @@ TEST("a row that is not finite ends a run as diverged and is not in the trace") 
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

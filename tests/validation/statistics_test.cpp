@@ -7,7 +7,7 @@
 #include "validation/claims/clinical_fixture.hpp"
 #include "validation/outcome.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::comparison;
 using namespace palpate;
@@ -200,4 +200,4 @@ TEST("samples inside are counted, the largest excursion is found, gaps are not j
   CHECK(std::isnan(nothing.inside));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

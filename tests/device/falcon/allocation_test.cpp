@@ -7,7 +7,7 @@
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device;
 using namespace palpate::device::falcon;
@@ -87,4 +87,4 @@ TEST("upload and exchanges with faults on the line allocate nothing") {
   CHECK(emulator.firmware().count(FirmwareEvent::power_loss) == 1);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 #include "device/falcon/motors_encoders.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::falcon;
 
@@ -148,4 +148,4 @@ TEST("buttons are pressed in their time") {
   CHECK((grip.present().buttons == Buttons{.minus = true}));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::falcon;
 using Bytes = std::vector<std::uint8_t>;
@@ -200,4 +200,4 @@ TEST("the sink receives every event and every request, in order") {
   CHECK((kept.requests == std::vector{HostPacket{.words = {3, 2, 1}}}));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -9,7 +9,7 @@
 #include "device/real_time.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device;
 using namespace palpate::device::falcon;
@@ -153,4 +153,4 @@ TEST("one reply with changed counts moves nothing; a grip that stays there is be
   CHECK(grip.counts().implausible >= 1);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

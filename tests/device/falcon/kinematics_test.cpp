@@ -85,7 +85,7 @@ std::vector<Eigen::Vector3d> at_the_edge(const Geometry& g) {
 
 }  // namespace poses
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::falcon;
 
@@ -381,4 +381,4 @@ TEST("in a steady ramp along z the stock read-out lags by 0.55 sample") {
   CHECK_NEAR(lag, 0.55, 0.03);  // the sum of 0.36^n from n = 1 is 0.56
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -4,7 +4,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using palpate::device::Seeded;
 
@@ -197,4 +197,4 @@ TEST("bytes that do not fit in the channel are counted as lost") {
   CHECK(channel.counts().overflowed > 0);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -7,7 +7,7 @@
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::falcon;
 
@@ -173,4 +173,4 @@ TEST("a motor that is held at its largest word is folded back to what it can tak
   CHECK(!device.limited());
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::falcon;
 
@@ -243,4 +243,4 @@ TEST("random bytes give no packet") {
         1000000);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -8,7 +8,7 @@
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::falcon;
 constexpr double limit = 4e-3;
@@ -401,4 +401,4 @@ TEST("a start beyond reach is refused") {
   CHECK_THROWS(PlantBody({.start = {0.0, 0.0, 0.3}}, resting_hand), "reach");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

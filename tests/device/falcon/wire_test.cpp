@@ -10,7 +10,7 @@
 #include "tests/check.hpp"
 #include "tests/device/falcon/samples.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::falcon;
 
@@ -270,4 +270,4 @@ TEST("a text that is not a recording is refused with its line") {
   CHECK_THROWS(read_csv(headless), "line 1: header");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -7,7 +7,7 @@
 #include "device/seeded.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device::pressure_link;
 
@@ -314,4 +314,4 @@ TEST("arbitrary bytes do no harm") {
   CHECK(result.counts.bad_frames > 1000);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -10,7 +10,7 @@
 #include "tests/check.hpp"
 #include "tests/system_call_filter.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device;
 using namespace palpate::device::pressure_link;
@@ -280,4 +280,4 @@ TEST("a latest value from another thread is whole and never older than the one b
   CHECK(before == items);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

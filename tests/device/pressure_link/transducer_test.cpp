@@ -6,7 +6,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::device;
 using namespace palpate::device::pressure_link;
@@ -163,4 +163,4 @@ TEST("over a pseudo-terminal in wall-clock time, samples come at the line's pace
   CHECK(elapsed >= 60.0 / 120.0 - 1.0 / 960.0);  // never faster than the line
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -11,7 +11,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::VectorXd;
@@ -358,4 +358,4 @@ TEST("a lattice is shared by no more threads than have two layers each, in rows 
   CHECK(most_lattice_threads(80, 1, 2) == 1);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

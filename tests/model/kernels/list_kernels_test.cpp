@@ -15,7 +15,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -428,4 +428,4 @@ TEST("a spring without length exerts no force, and only nodes that are not finit
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

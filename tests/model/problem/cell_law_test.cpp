@@ -12,7 +12,7 @@
 #include "model/tissue/lattice.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::Matrix3d;
@@ -222,4 +222,4 @@ TEST("the resistance to collapse begins smoothly and stays finite") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

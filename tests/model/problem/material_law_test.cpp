@@ -13,7 +13,7 @@
 #include "model/tissue/lattice.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::VectorXd;
@@ -239,4 +239,4 @@ TEST("a cell with volume terms relaxes as its springs do") {
   CHECK_NEAR(recorded(run, 2) / at_once, left, 1e-10);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -13,7 +13,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -358,4 +358,4 @@ TEST("a common displacement of all nodes changes no spring force") {
   CHECK_NEAR(force_of(after, after.initial_position(), still), f, 1e-12);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -17,7 +17,7 @@
 #include "tests/check.hpp"
 #include "tests/range_bounds.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::Vector3d;
@@ -439,4 +439,4 @@ TEST("every integrator is allowed with a tool by name or refused for its half st
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

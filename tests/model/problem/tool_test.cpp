@@ -11,7 +11,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -308,4 +308,4 @@ TEST("a thumb that tests presses while the needle rests, and the pressure falls 
              1e-9 * before);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -13,7 +13,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::MatrixXd;
@@ -851,4 +851,4 @@ TEST("static responses solve K x = F, in the order of the rows of K") {
   check(EveryNode(problem));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -9,7 +9,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -226,4 +226,4 @@ TEST("a tool under an applied force and a probe allocate nothing") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -10,7 +10,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Vector = Eigen::VectorXd;
@@ -99,4 +99,4 @@ TEST("a correction that is not finite leaves no pair behind") {
   CHECK_NEAR(x(0), 0.5, 1e-9);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

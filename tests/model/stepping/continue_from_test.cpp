@@ -9,7 +9,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -236,4 +236,4 @@ TEST("a simulation refuses a scene whose materials change, which needs a subject
   CHECK_THROWS(Simulation{scene}, "material.firm.change");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -129,4 +129,4 @@ TEST("a shaft without slip keeps its length in the tissue, in and out") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

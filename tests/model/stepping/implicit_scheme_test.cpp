@@ -17,7 +17,7 @@
 
 using namespace palpate;
 
-namespace {
+namespace PALPATE_FILE {
 
 /// Laplacian of an n x n x n grid with three coordinates per node and a small diagonal term.
 template <class Real> Eigen::SparseMatrix<Real> grid(int n) {
@@ -414,4 +414,4 @@ TEST("without constraints the solution does not change") {
   CHECK(x == VectorXd::Ones(10));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

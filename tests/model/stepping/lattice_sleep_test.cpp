@@ -11,7 +11,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::Vector3d;
@@ -228,4 +228,4 @@ TEST("where sleep is impossible the plan has the reason") {
   CHECK(Simulation(shared).plan().threads == 1);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

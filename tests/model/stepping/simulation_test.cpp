@@ -14,7 +14,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::VectorXd;
@@ -320,4 +320,4 @@ TEST("every feature is on in some of the 20 and off in others, and every integra
   for (const IntegratorInfo* scheme : integrators()) { CHECK(uses[std::string(scheme->name)] > 0); }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

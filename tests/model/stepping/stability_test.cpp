@@ -13,7 +13,7 @@
 #include "tests/model/sample_scenes.hpp"
 #include "tests/reference/sample_problems.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -254,4 +254,4 @@ TEST("every bound of an oscillator is exact") {
   CHECK_NEAR(bounds.relaxation_lower, 0.075, 1e-15);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -12,7 +12,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -424,4 +424,4 @@ TEST("the stable steps of an oscillator are exact") {
   CHECK_NEAR(plan.stable_step.at("euler-cromer"), std::sqrt(5.0) - 1.0, 1e-9);  // S = 1/2
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -8,7 +8,7 @@
 #include "tests/model/sample_scenes.hpp"
 #include "tests/system_call_filter.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using check::locks;
@@ -66,4 +66,4 @@ TEST("the counter counts an uncontended lock") {
   CHECK(locks == before + 1);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -16,7 +16,7 @@
 #include "tests/check.hpp"
 #include "tests/model/sample_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -603,4 +603,4 @@ TEST("evaluating forces between steps changes no bit, with a tool on a path or p
   compare(scene, 500, 0);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

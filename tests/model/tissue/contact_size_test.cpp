@@ -6,7 +6,7 @@
 #include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -307,4 +307,4 @@ TEST("tissue behind a gap has the contact that it has alone") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

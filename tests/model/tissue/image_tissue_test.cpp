@@ -8,7 +8,7 @@
 #include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::Vector2d;
@@ -284,4 +284,4 @@ TEST("what cannot become tissue is refused with its key") {
   CHECK_CONTAINS(refusal(flat, {.lookup = falling}), "must have contrast");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -10,7 +10,7 @@
 #include "model/tissue/network_builder.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -195,4 +195,4 @@ TEST("a column of boxes under load shortens according to E") {
   CHECK_NEAR(c, isotropic(), 1e-12);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

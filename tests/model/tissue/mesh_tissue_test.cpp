@@ -13,7 +13,7 @@
 #include "model/tissue/voxel_tissue.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::Vector3d;
@@ -472,4 +472,4 @@ TEST("a short gap before the first voxels of a line is filled by them, a long on
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

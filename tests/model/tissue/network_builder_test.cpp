@@ -6,7 +6,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -284,4 +284,4 @@ TEST("a material called bone that is said to be tissue is like any other") {
   CHECK_NEAR(modulus_below(network, 4 + 18, 9), 0.5 * (1e3 + 1e9), 1e-3);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

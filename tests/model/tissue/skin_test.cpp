@@ -11,7 +11,7 @@
 #include "model/tissue/tissue_grid.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Eigen::Vector3d;
@@ -295,4 +295,4 @@ TEST("cells that lack a corner carry nothing") {
   for (std::size_t n = 0; n < 4; ++n) { CHECK((found.weight[n] == 0.0 || found.node[n] % 5 <= 1)); }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -7,7 +7,7 @@
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -128,4 +128,4 @@ TEST("links and classes are defined, a skipped case and an error say why, and by
   CHECK(to_html(sample::results()) == to_html(sample::results()));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -7,7 +7,7 @@
 #include "tests/check.hpp"
 #include "validation/random.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::live;
@@ -103,4 +103,4 @@ TEST("a checksum changes with every bit, with the order and with the begin") {
   CHECK(checksum(numbers, 1) != sum);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -11,7 +11,7 @@
 #include "tests/check.hpp"
 #include "tests/validation/insertion_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::live;
@@ -340,4 +340,4 @@ TEST("rows that the writer does not take are counted, and the loop goes on") {
   CHECK(rig.loop->state().lost_rows + kept == 30001.0);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::live;
 
@@ -86,4 +86,4 @@ TEST("commands are read, and everything else is no command") {
   CHECK(!command_of(R"({"do":"reset","x":")" + std::string(600, 'x') + "\"}").has_value());
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -8,7 +8,7 @@
 #include "tests/system_call_filter.hpp"
 #include "tests/validation/insertion_scenes.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::live;
@@ -125,4 +125,4 @@ TEST("the hook of a live loop makes no system call") {
   CHECK(verdict == check::Verdict::silent);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -5,7 +5,7 @@
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -214,4 +214,4 @@ TEST("a label too long for the plot has a smaller font; one without width or spa
   CHECK(place_zone_labels({ZoneSpan{}}, 400.0, 100.0).empty());
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

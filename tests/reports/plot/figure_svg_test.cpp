@@ -7,7 +7,7 @@
 #include "tests/check.hpp"
 #include "tests/reports/sample_results.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -179,4 +179,4 @@ TEST("zones and marks follow the axis into another unit") {
   CHECK(without_texts(drawn(figure)) == without_texts(drawn(sample::layered())));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -8,7 +8,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -50,4 +50,4 @@ TEST("a curve of a short trace keeps every row") {
   CHECK((figure.series.front().y == std::vector<double>{2.0, 4.0, 2.0}));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

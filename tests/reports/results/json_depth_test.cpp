@@ -6,7 +6,7 @@
 #include "reports/results/results_json.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using palpate::parse_json;
 
@@ -38,4 +38,4 @@ TEST("results that are nested without end are refused with their file") {
                   "results.json: more than 32 brackets within each other");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -11,7 +11,7 @@
 #include "tests/fixtures/scratch_folder.hpp"
 #include "tests/reports/sample_results.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -274,4 +274,4 @@ TEST("page, table and JUnit name what regressed") {
   CHECK_CONTAINS(page, "Curves that moved", "<svg");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

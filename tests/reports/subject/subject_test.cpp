@@ -11,7 +11,7 @@
 #include "tests/check.hpp"
 #include "validation/case.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -347,4 +347,4 @@ TEST("a trace is judged like a simulator, with its own units") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

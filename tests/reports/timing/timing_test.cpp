@@ -6,7 +6,7 @@
 #include "reports/timing/paired_runs.hpp"
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::timing;
 using namespace palpate;
@@ -146,4 +146,4 @@ TEST("pairs come back from their text to the last bit, and half a text is refuse
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

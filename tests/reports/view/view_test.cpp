@@ -15,7 +15,7 @@
 #include "tests/check.hpp"
 #include "validation/outcome.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -429,4 +429,4 @@ TEST("pictures for print show the tissues of the section at the cut and its disp
   CHECK(*figures[0].y.minimum > *figures[0].y.maximum);  // the skin is above
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

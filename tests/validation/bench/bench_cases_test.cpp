@@ -7,7 +7,7 @@
 #include "validation/gate/baseline.hpp"
 #include "validation/gate/gate.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::bench;
 using namespace palpate;
@@ -121,4 +121,4 @@ TEST("the self-test fails with one missed slowdown or one alarm about equal buil
   CHECK(status(7, slower) == Status::fail);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

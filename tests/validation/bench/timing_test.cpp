@@ -8,7 +8,7 @@
 #include "tests/check.hpp"
 #include "validation/random.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::bench;
 using namespace palpate::timing;
@@ -231,4 +231,4 @@ TEST("a constant series, one run or none have no change") {
   CHECK_NEAR(find_change(std::vector<double>(50, 7.0))->chance, 1.0, 0.0);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

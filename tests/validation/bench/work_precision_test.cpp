@@ -4,7 +4,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::bench;
 using namespace palpate;
@@ -144,4 +144,4 @@ TEST("a scheme that lost an order costs more at a fine error, and has fewer digi
   CHECK(digits_at(damaged, 1600.0) < digits_at(good, 1600.0) - 1.0);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -5,7 +5,7 @@
 #include "tests/check.hpp"
 #include "tests/validation/calibration/samples.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::calibration;
 using namespace palpate;
@@ -451,4 +451,4 @@ TEST("parameter values at which the scene fails are named, and a stop ends it") 
   CHECK_THROWS(stopped.at(stopped.priors()), "interrupted");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 
 #include "tests/check.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::calibration;
@@ -193,4 +193,4 @@ TEST("a simulated insertion without a puncture has the largest force in its plac
   CHECK_NEAR(seen[1], stroke - 0.048 * std::pow(0.1 / 20.0, 1.0 / 1.4), 0.3e-3);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -8,7 +8,7 @@
 #include "tests/check.hpp"
 #include "validation/campaign/findings.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::campaign;
@@ -182,4 +182,4 @@ TEST("time is judged only if every node was qualified for it") {
   CHECK(timing() == Status::fail);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -9,7 +9,7 @@
 #include "tests/validation/insertion_scenes.hpp"
 #include "validation/certificate/tail.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::certificate;
 using namespace palpate;
@@ -336,4 +336,4 @@ TEST("the extremal index of maxima over m neighbours is 1/m") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -8,7 +8,7 @@
 #include "validation/certificate/paced_loop.hpp"
 #include "validation/certificate/scene_loop.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::certificate;
 using namespace palpate;
@@ -82,4 +82,4 @@ TEST("one allocation in one tick is counted, and so is one page that was never t
   CHECK(paced.counts.minor_faults >= 1);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

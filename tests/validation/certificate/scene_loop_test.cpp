@@ -12,7 +12,7 @@
 #include "validation/certificate/worst_case_probe.hpp"
 #include "validation/roll_out.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::certificate;
 using namespace palpate;
@@ -360,4 +360,4 @@ TEST("a loop that is two seconds late ends as hopeless") {
   CHECK(paced.record.ticks() == 4);  // each half a second later than the last; the limit is 2 s
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -3,7 +3,7 @@
 #include "model/problem/recording.hpp"
 #include "tests/validation/planted_faults.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -106,4 +106,4 @@ TEST("intervals that always hold the truth are too wide, and are outside the bou
 }
 #endif
 
-}  // namespace
+}  // namespace PALPATE_FILE

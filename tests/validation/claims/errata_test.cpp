@@ -2,7 +2,7 @@
 
 #include "tests/validation/planted_faults.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -37,4 +37,4 @@ TEST("every planted fault fails the case of each erratum") {
                         {halved, most}});
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -2,7 +2,7 @@
 
 #include "tests/validation/planted_faults.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -77,4 +77,4 @@ TEST("every fault planted in a network fails the cases that measure its effect")
              {rounded, {"skip", "invariance"}}});
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -2,7 +2,7 @@
 
 #include "tests/validation/planted_faults.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using Names = std::vector<std::string>;
@@ -76,4 +76,4 @@ TEST("two runs of a case give the same numbers") {
   }
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -2,7 +2,7 @@
 
 #include "tests/validation/planted_faults.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -59,4 +59,4 @@ TEST("every fault planted in a run fails the cases of stability that measure its
        {creeping, {"drift/oscillator"}}});
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

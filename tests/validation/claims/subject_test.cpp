@@ -2,7 +2,7 @@
 
 #include "tests/validation/planted_faults.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -101,4 +101,4 @@ TEST("every fault planted in a subject fails the cases that measure its effect")
                          {weaker_force(), {"needle", "probe", "moved", "layered"}}});
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

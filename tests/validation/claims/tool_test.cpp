@@ -3,7 +3,7 @@
 #include "tests/validation/planted_faults.hpp"
 #include "validation/roll_out.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 
@@ -110,4 +110,4 @@ TEST("every fault planted in a haptic loop fails the cases of haptics that measu
                          {stiffer(), {"falcon/reference"}}});
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

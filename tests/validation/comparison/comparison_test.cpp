@@ -8,7 +8,7 @@
 #include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::comparison;
 using namespace palpate;
@@ -482,4 +482,4 @@ TEST("a sentence has both values, the tolerance, the uncertainty and the verdict
   CHECK(sentence_of(depth) == "depth of peak: in neither: depth was not recorded: not judged");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

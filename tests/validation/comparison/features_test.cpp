@@ -9,7 +9,7 @@
 #include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using namespace palpate::comparison;
@@ -503,4 +503,4 @@ TEST("features have units of the trace, and each has its own name") {
   CHECK(name_of(Feature::drop_time) == "drop_time");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -6,7 +6,7 @@
 #include "tests/validation/comparison/insertion_law.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::comparison;
 using namespace palpate;
@@ -402,4 +402,4 @@ TEST("measured recordings show what their verdict says, rebuilt ones neither add
         "measured recordings: 3, of subjects: 1");
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

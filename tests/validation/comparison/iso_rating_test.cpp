@@ -9,7 +9,7 @@
 #include "tests/check.hpp"
 #include "validation/signal.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::comparison;
 
@@ -165,4 +165,4 @@ TEST("gaps in either trace are left out, and undefined measures are NaN") {
   CHECK(std::isnan(of_zero.phase));
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -5,7 +5,7 @@
 #include "tests/check.hpp"
 #include "validation/claims/clinical_fixture.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate;
 using clinical::largest_difference;
@@ -100,4 +100,4 @@ TEST("bytes without a frame are an empty recording, and reading stops at the lim
   CHECK(recording_of_link(many, 100).recording.time.size() == 101);
 }
 
-}  // namespace
+}  // namespace PALPATE_FILE

@@ -7,7 +7,7 @@
 
 #include "tests/validation/planted_faults.hpp"
 
-namespace {
+namespace PALPATE_FILE {
 
 using namespace palpate::gate;
 using namespace palpate;
@@ -514,4 +514,4 @@ TEST("every damage to a result fails the gate") {
 TEST("equal code never fails the gate") { check_status("gate/self", nullptr, Status::pass); }
 #endif
 
-}  // namespace
+}  // namespace PALPATE_FILE
