@@ -24,9 +24,9 @@ endif()
 if(PALPATE_SANITIZE)
   target_compile_options(palpate_build_options INTERFACE
     -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
-    # Checks that others make already: a null pointer ends in the address sanitizer's report, and Eigen
-    # asserts its alignment.
-    -fno-sanitize=null,alignment
+    # Checks that others make already: a null pointer, or one moved out of its object, ends in the address
+    # sanitizer's report when it is used, and Eigen asserts its alignment.
+    -fno-sanitize=null,alignment,pointer-overflow
     # g++ 12 sees uninitialised members inside std::regex under sanitizers (its bug 105562).
     -Wno-maybe-uninitialized
     )

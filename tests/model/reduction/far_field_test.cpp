@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <random>
 
@@ -22,7 +21,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 /// Poisson's ratios with which cells do not resist changes of their volume, and do.
-constexpr std::array poissons_ratios{0.25, 0.45};
+const std::vector poissons_ratios{0.25, 0.45};
 
 /// Needle on skin, fat and ligament with published moduli, 5 mm apart.
 Scene scene_of(int across, double near_radius, double poissons_ratio = 0.25,
@@ -332,7 +331,7 @@ TEST("no other modes would leave less of the load cases' compliance out") {
 }
 
 TEST("the compliance that too few modes lack is found without the whole stiffness") {
-  for (const double poissons_ratio : poissons_ratios) {
+  for (const double poissons_ratio : check::sanitized ? std::vector{0.45} : poissons_ratios) {
     const Setting setting(15, poissons_ratio);
     const NetworkProblem& problem = setting.problem();
     const Statics of_whole = statics_of(problem);
@@ -415,6 +414,7 @@ TEST("a needle in a reduced block feels what it feels in the whole one") {
 }
 
 TEST("tissue that stiffens has a far field, and its error is estimated") {
+  if (check::sanitized) { check::skip("compares numbers; other tests execute its code"); }
   // A force presses on the skin until the tissue rests.
   const auto pressed = [](double near_radius, double force) {
     Scene scene = scene_of(11, near_radius, 0.45, 30.0);
@@ -699,6 +699,8 @@ TEST("below the contact point after the end of a trajectory no node is near") {
     return depth;
   };
   CHECK_NEAR(deepest(simulation), 0.01, 1e-12);  // and one contact point more
+  if (check::sanitized) { return; }              // compares forces; other tests execute the code
+
   // The needle comes to 4 mm, rests and goes back.
   scene.drive->hold = 0.05;
   scene.drive->withdraw_speed = 0.05;

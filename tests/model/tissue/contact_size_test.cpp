@@ -61,7 +61,7 @@ TEST("a disc that is wide against its layer presses a column in confined compres
 
 TEST("a fine grid under a spread force has the compliance of the continuum") {
   // Disc of 8 cells' radius, bilinear weights of 64 x 64 points of a punch's pressure.
-  for (const double nu : {0.25, 0.45}) {
+  for (const double nu : check::sanitized ? std::vector{0.45} : std::vector{0.25, 0.45}) {
     const double h = 1e-3;
     const double radius = 8e-3;
     std::vector<PlaneSupport> disc;
