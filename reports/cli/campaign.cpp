@@ -759,6 +759,103 @@ int run_campaign(const CampaignRunOptions& options) {
   return progress.lost > 0 ? fell_short : done;
 }
 
+// Content of results.
+
+Campaign campaign_from(const Json& json) {
+  Campaign of{.title = json.at("campaign")};
+  if (json.at("schema") != 1) { throw std::runtime_error("unknown schema"); }
+  const auto method = json.at("method").get<std::string>();
+  const auto all = campaign::words(Method{});
+  const auto found = std::ranges::find(all, method, &WordOf<Method>::first);
+  if (found == all.end()) { throw std::runtime_error("unknown method " + method); }
+  of.design.method = found->second;
+  of.design.samples = whole_from_json<int>(json.at("samples"));
+  if (of.design.samples < 0 || static_cast<std::size_t>(of.design.samples) > most_jobs) {
+    throw std::runtime_error("samples = " + json.at("samples").dump());
+  }
+  for (const Json& each : json.at("parameters")) {
+    of.design.parameters.push_back({.key = each.at("key"),
+                                    .values = each.at("values"),
+                                    .range = each.at("range"),
+                                    .count = whole_from_json<int>(each.at("count"))});
+  }
+  const auto limit = [](const Json& value) {
+    return value.is_null() ? std::nullopt : std::optional(number_from_json(value));
+  };
+  for (const Json& each : json.at("claims")) {
+    of.claims.push_back({.quantity = each.at("quantity"),
+                         .lower = limit(each.at("lower")),
+                         .upper = limit(each.at("upper")),
+                         .bound_from = each.at("bound_from")});
+  }
+  return of;
+}
+
+JobResult job_from(const Json& json, std::size_t rows) {
+  JobResult job{.id = json.at("id"),
+                .scene = json.at("scene"),
+                .group = json.at("group"),
+                .nodes = whole_from_json<long>(json.at("nodes")),
+                .status = json.at("status"),
+                .cause = json.at("cause")};
+  for (const Json& row : json.at("rows")) { job.rows.push_back(whole_from_json<std::size_t>(row)); }
+  if (std::ranges::any_of(job.rows, [rows](std::size_t row) { return row >= rows; })) {
+    throw std::runtime_error("rows = " + json.at("rows").dump());
+  }
+  for (const auto& [name, value] : json.at("quantities").items()) {
+    job.quantities.emplace(name, number_from_json(value));
+  }
+  const Json domain = json.value("domain", Json::object());
+  for (const auto& [key, range] : domain.items()) { job.domain[key] = {range.at(0), range.at(1)}; }
+  if (json.contains("timing")) {
+    job.timing = json.at("timing").at("status");
+    job.timing_reason = json.at("timing").value("reason", "");
+  }
+  return job;
+}
+
+/// Throws std::runtime_error if the numbers of a result contradict each other.
+void check_result(const JobResult& job) {
+  static const std::set<std::string> known{"ok", "diverged", "unreliable", "error"};
+  if (!known.contains(job.status)) {
+    throw std::runtime_error("status = \"" + io::printable(job.status) + "\"");
+  }
+  if (job.nodes < 0) { throw std::runtime_error("nodes = " + std::to_string(job.nodes)); }
+  for (const auto& [key, range] : job.domain) {
+    if (!(range[0] <= range[1])) {
+      throw std::runtime_error("domain." + io::printable(key) + " ends before it begins");
+    }
+  }
+  constexpr std::string_view last = ".final";
+  constexpr double rounding = 1e-9;
+  for (const auto& [name, value] : job.quantities) {
+    if (!name.ends_with(last)) { continue; }
+    const auto peak = job.quantities.find(name.substr(0, name.size() - last.size()) + ".peak");
+    if (peak == job.quantities.end() ||
+        std::abs(value) <= std::abs(peak->second) * (1.0 + rounding)) {
+      continue;
+    }
+    throw std::runtime_error(io::printable(peak->first) + " = " + short_number(peak->second) +
+                             ", less than the last value, " + short_number(value));
+  }
+}
+
+/// Throws std::runtime_error if a result has parameters that its design cannot have.
+void check_parameters(const Json& values, const campaign::Design& design) {
+  require_consistent(values.size() == design.parameters.size(),
+                     "parameters = " + values.dump() + ", not those of the design");
+  for (const campaign::Parameter& one : design.parameters) {
+    const double value = number_from_json(values.at(one.key));
+    constexpr double rounding = 1e-12;  // of a power, at the ends of a logarithmic range
+    const bool drawn = one.range.size() == 2 &&
+                       value >= one.range[0] - rounding * std::abs(one.range[0]) &&
+                       value <= one.range[1] + rounding * std::abs(one.range[1]);
+    require_consistent(drawn || std::ranges::count(one.values, value) > 0,
+                       "parameters." + io::printable(one.key) + " = " + short_number(value) +
+                           ", which the design does not have");
+  }
+}
+
 // Union of results.
 
 struct MergeOptions : CommonOptions {
@@ -796,6 +893,16 @@ std::string merged_line(const std::vector<fs::path>& folders, const std::string&
   return best;
 }
 
+/// Throws std::runtime_error if a result is not one of its job.
+void check_merged(const std::string& line, const std::string& job, const Campaign& of) {
+  const Json result = parse_json(line);
+  const Json begun = result_of(parse_json(job));
+  for (const auto& [key, value] : begun.items()) {
+    if (result.at(key) != value) { throw std::runtime_error(key + " is not that of its job"); }
+  }
+  check_result(job_from(result, campaign::row_count(of.design)));
+}
+
 int run_merge_jobs(const MergeOptions& options) {
   if (options.out.empty()) { throw InputError("campaign merge needs --out FILE"); }
   const auto is_merged = [](std::string_view start) {
@@ -810,13 +917,29 @@ int run_merge_jobs(const MergeOptions& options) {
                       "is of another plan than " + plan.folder.string() + "; folders of one plan");
     }
   }
+  Campaign of;
+  try {
+    of = campaign_from(parse_json(plan.header));
+  } catch (const std::exception& problem) {
+    throw json_trouble((plan.folder / "campaign.json").string(), plan.header, problem,
+                       "a file as palpate campaign plan wrote it");
+  }
   const std::size_t shards = options.shards > 0 ? options.shards : plan.ids.size();
   std::set<std::size_t> missing;
   io::Sha256 hash;
   for (std::size_t n = 0; n < plan.ids.size(); ++n) {
     const std::string line = merged_line(options.folders, plan.ids[n]);
-    if (line.empty()) { missing.insert(n % shards + 1); }
     hash.add(line);
+    if (line.empty()) {
+      missing.insert(n % shards + 1);
+    } else {
+      try {
+        check_merged(line, plan.jobs[n], of);
+      } catch (const std::exception& problem) {
+        throw json_trouble("results/" + plan.ids[n] + ".result", line, problem,
+                           "a result as palpate campaign run wrote it");
+      }
+    }
     if (interrupted) { return interrupted_code; }
   }
   if (!missing.empty()) {
@@ -896,81 +1019,6 @@ struct FindingsOptions : CommonOptions {
   fs::path file{};
 };
 
-Campaign campaign_from(const Json& json) {
-  Campaign of{.title = json.at("campaign")};
-  if (json.at("schema") != 1) { throw std::runtime_error("unknown schema"); }
-  const auto method = json.at("method").get<std::string>();
-  const auto all = campaign::words(Method{});
-  const auto found = std::ranges::find(all, method, &WordOf<Method>::first);
-  if (found == all.end()) { throw std::runtime_error("unknown method " + method); }
-  of.design.method = found->second;
-  of.design.samples = whole_from_json<int>(json.at("samples"));
-  if (of.design.samples < 0 || static_cast<std::size_t>(of.design.samples) > most_jobs) {
-    throw std::runtime_error("samples = " + json.at("samples").dump());
-  }
-  for (const Json& each : json.at("parameters")) {
-    of.design.parameters.push_back({.key = each.at("key"),
-                                    .values = each.at("values"),
-                                    .range = each.at("range"),
-                                    .count = whole_from_json<int>(each.at("count"))});
-  }
-  const auto limit = [](const Json& value) {
-    return value.is_null() ? std::nullopt : std::optional(number_from_json(value));
-  };
-  for (const Json& each : json.at("claims")) {
-    of.claims.push_back({.quantity = each.at("quantity"),
-                         .lower = limit(each.at("lower")),
-                         .upper = limit(each.at("upper")),
-                         .bound_from = each.at("bound_from")});
-  }
-  return of;
-}
-
-JobResult job_from(const Json& json, std::size_t rows) {
-  JobResult job{.id = json.at("id"),
-                .scene = json.at("scene"),
-                .group = json.at("group"),
-                .nodes = whole_from_json<long>(json.at("nodes")),
-                .status = json.at("status"),
-                .cause = json.at("cause")};
-  for (const Json& row : json.at("rows")) { job.rows.push_back(whole_from_json<std::size_t>(row)); }
-  if (std::ranges::any_of(job.rows, [rows](std::size_t row) { return row >= rows; })) {
-    throw std::runtime_error("rows = " + json.at("rows").dump());
-  }
-  for (const auto& [name, value] : json.at("quantities").items()) {
-    job.quantities.emplace(name, number_from_json(value));
-  }
-  const Json domain = json.value("domain", Json::object());
-  for (const auto& [key, range] : domain.items()) { job.domain[key] = {range.at(0), range.at(1)}; }
-  if (json.contains("timing")) {
-    job.timing = json.at("timing").at("status");
-    job.timing_reason = json.at("timing").value("reason", "");
-  }
-  return job;
-}
-
-/// Throws std::runtime_error if the numbers of a result contradict each other.
-void check_result(const JobResult& job) {
-  if (job.nodes < 0) { throw std::runtime_error("nodes = " + std::to_string(job.nodes)); }
-  for (const auto& [key, range] : job.domain) {
-    if (!(range[0] <= range[1])) {
-      throw std::runtime_error("domain." + io::printable(key) + " ends before it begins");
-    }
-  }
-  constexpr std::string_view last = ".final";
-  constexpr double rounding = 1e-9;
-  for (const auto& [name, value] : job.quantities) {
-    if (!name.ends_with(last)) { continue; }
-    const auto peak = job.quantities.find(name.substr(0, name.size() - last.size()) + ".peak");
-    if (peak == job.quantities.end() ||
-        std::abs(value) <= std::abs(peak->second) * (1.0 + rounding)) {
-      continue;
-    }
-    throw std::runtime_error(io::printable(peak->first) + " = " + short_number(peak->second) +
-                             ", less than the last value, " + short_number(value));
-  }
-}
-
 /// Throws std::runtime_error unless the jobs of each group have all rows of the design, once.
 void check_rows(const std::vector<JobResult>& results, std::size_t rows) {
   std::map<std::string, std::vector<std::size_t>> found;
@@ -1019,6 +1067,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
       hash.add(line + "\n");
       results.push_back(job_from(json, rows));
       check_result(results.back());
+      check_parameters(json.at("parameters"), of.design);
       if (results.back().status == "ok") { campaign::widen(domain, results.back().domain); }
     } catch (const std::exception& problem) { throw json_trouble(place, line, problem, allowed); }
   }

@@ -152,7 +152,11 @@ sem_t signalled;
 /// Runs on a thread of its own, so that also libraries and loops without a check are ended.
 void end_after_signal() {
   while (sem_wait(&signalled) != 0) {}
-  std::this_thread::sleep_for(std::chrono::milliseconds(grace_ms.load()));
+  const int grace = grace_ms.load();
+  std::this_thread::sleep_for(std::chrono::milliseconds(grace));
+  constexpr std::string_view lost =
+      "palpate: interrupted; results that were not ready within 0.7 s are not written\n";
+  if (grace > 0 && write(STDERR_FILENO, lost.data(), lost.size()) < 0) {}  // nobody listens
   io::end_process(interrupted_code);
 }
 

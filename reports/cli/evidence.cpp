@@ -17,6 +17,7 @@
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/scene_file.hpp"
 #include "fixtures/io/toml_file.hpp"
+#include "fixtures/io/trace_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "reports/cli/commands.hpp"
 #include "reports/results/results_folder.hpp"
@@ -761,15 +762,27 @@ void check_archive(const Files& files, const std::string& name) {
     const std::string code = provenance.at("code_hash");
     require(qualified.at("code_hash") == code,
             "qualification.json is of other code than provenance.json");
+    std::set<std::string> hashed;
     for (const Json& input : provenance.at("inputs")) {
       if (input.at("file").is_null()) { continue; }
       const auto file = files.find(input.at("file").get<std::string>());
+      if (file != files.end()) { hashed.insert(file->first); }
       require(file != files.end() && io::sha256(file->second) == input.at("sha256"),
               "provenance.json has another hash of " + input.at("file").dump());
     }
     for (const auto& [file, bytes] : files) {
+      const bool given =
+          (file.starts_with("results/") && !file.ends_with("/run.json")) || file == "context.toml";
+      require(!given || hashed.contains(file), "provenance.json has no hash of " + file);
       if (!file.ends_with("/summary.json")) { continue; }
       const Json summary = parse_sealed(bytes);
+      const io::ScratchFolder scratch;
+      io::replace_file(scratch / "trace.h5", files.at(folder_of(file) + "/trace.h5"));
+      try {
+        check_summary(summary, io::read_trace_hdf5(scratch / "trace.h5"));
+      } catch (const std::exception& problem) {
+        require(false, file + ": " + std::string(problem.what()));
+      }
       const Json run = parse_json(files.at(folder_of(file) + "/run.json"));
       require(summary.at("status") == "ok", file + " is of a run that did not end well");
       require(nlohmann::json(run.at("domain")) == nlohmann::json(domain_again(run, summary)),

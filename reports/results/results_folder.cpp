@@ -259,52 +259,6 @@ void add_texts(Outcome& outcome, const Json& summary, const Attributes& inputs) 
   }
 }
 
-/// Throws std::runtime_error if a summary contradicts the trace of its run.
-void check_summary(const Json& summary, const Trace& trace) {
-  const auto refuse = [](const std::string& key) {
-    throw std::runtime_error(key + " is not that of trace.h5 beside it");
-  };
-  const std::optional<Peaks> peaks = peaks_of(trace);
-  const auto check = [&](const char* key, std::optional<double> value) {
-    if (!value) { return; }
-    const Json found = summary.value(key, Json());
-    const bool same = std::isfinite(*value) ? found == *value : !found.is_number();
-    if (!same) { refuse(key); }
-  };
-  const auto of_peaks = [&](double Peaks::*member) {
-    return peaks ? std::optional((*peaks).*member) : std::nullopt;
-  };
-  check("peak_force_n", of_peaks(&Peaks::force));
-  check("peak_force_depth_m", of_peaks(&Peaks::force_depth));
-  check("deepest_m", of_peaks(&Peaks::deepest));
-  check("peak_pressure_pa", peaks ? peaks->pressure : std::nullopt);
-  const double smallest = number_from_json(summary.at("smallest_jacobian"));
-  const Column* corners = trace.find("tissue.smallest_jacobian");
-  if (corners != nullptr && smallest > std::ranges::min(corners->values)) {
-    refuse("smallest_jacobian");
-  }
-  if (summary.at("status") != "ok") { return; }
-  if (smallest <= 0.0) {
-    throw std::runtime_error(
-        "status is ok, but smallest_jacobian says that cells turned inside out");
-  }
-  for (const char* key : {"diverged_at_s", "unreliable_because"}) {
-    if (summary.contains(key) && !summary.at(key).is_null()) {
-      throw std::runtime_error(std::string("status is ok, but it has ") + key);
-    }
-  }
-  const Json step = summary.value("integrator_step_s", Json());
-  if (!step.is_number() || trace.time.size() < 2) { return; }
-  // The last row is that of the last tick, or of one before it where not every tick is kept.
-  const double end = number_from_json(summary.at("steps")) * number_from_json(step);
-  const double last = trace.time.back();
-  const double apart = last - trace.time[trace.time.size() - 2];
-  constexpr double rounding = 1e-6;
-  if (!(last <= end * (1.0 + rounding) && end - last <= apart + rounding * end)) {
-    refuse("the time of its steps");
-  }
-}
-
 /// Reads palpation.csv as a figure of the compliance of its sites, which is 0 on bone.
 Figure palpation_figure(const std::filesystem::path& file) {
   constexpr std::size_t most_map_bytes = 1U << 26U;
@@ -635,6 +589,63 @@ void write_figures(io::Hdf5File& file, const std::string& above,
 void read_figures(const io::Hdf5File& file, const std::filesystem::path& path,
                   const std::string& above, std::deque<Figure>& figures) {
   for (Figure& figure : figures) { read_figure(file, path, above, figure); }
+}
+
+void check_summary(const Json& summary, const Trace& trace) {
+  const auto refuse = [](const std::string& key) {
+    throw std::runtime_error(key + " is not that of trace.h5 beside it");
+  };
+  const std::optional<Peaks> peaks = peaks_of(trace);
+  const auto check = [&](const char* key, std::optional<double> value) {
+    if (!value) { return; }
+    const Json found = summary.value(key, Json());
+    const bool same = std::isfinite(*value) ? found == *value : !found.is_number();
+    if (!same) { refuse(key); }
+  };
+  const auto of_peaks = [&](double Peaks::*member) {
+    return peaks ? std::optional((*peaks).*member) : std::nullopt;
+  };
+  check("peak_force_n", of_peaks(&Peaks::force));
+  check("peak_force_depth_m", of_peaks(&Peaks::force_depth));
+  check("deepest_m", of_peaks(&Peaks::deepest));
+  check("peak_pressure_pa", peaks ? peaks->pressure : std::nullopt);
+  const double smallest = number_from_json(summary.at("smallest_jacobian"));
+  const Column* corners = trace.find("tissue.smallest_jacobian");
+  if (corners != nullptr && smallest > std::ranges::min(corners->values)) {
+    refuse("smallest_jacobian");
+  }
+  const auto& frames = trace.frames.position;
+  if (!frames.empty() && summary.at("nodes") != frames.front().cols()) { refuse("nodes"); }
+  const Json events = list_of(trace.events, [](const Event& each) {
+    return object("time_s", each.time, "kind", each.kind, "detail", each.detail);
+  });
+  if (nlohmann::json(summary.at("events")) != nlohmann::json(events)) { refuse("events"); }
+  const Json& energy = summary.at("energy");
+  for (const char* key : {"initial_j", "final_j"}) {
+    if (number_from_json(energy.at(key)) > number_from_json(energy.at("max_j"))) {
+      throw std::runtime_error(std::string("energy.") + key + " is more than energy.max_j");
+    }
+  }
+  if (summary.at("status") != "ok") { return; }
+  if (smallest <= 0.0) {
+    throw std::runtime_error(
+        "status is ok, but smallest_jacobian says that cells turned inside out");
+  }
+  for (const char* key : {"diverged_at_s", "unreliable_because"}) {
+    if (summary.contains(key) && !summary.at(key).is_null()) {
+      throw std::runtime_error(std::string("status is ok, but it has ") + key);
+    }
+  }
+  const Json step = summary.value("integrator_step_s", Json());
+  if (!step.is_number() || trace.time.size() < 2) { return; }
+  // The last row is that of the last tick, or of one before it where not every tick is kept.
+  const double end = number_from_json(summary.at("steps")) * number_from_json(step);
+  const double last = trace.time.back();
+  const double apart = last - trace.time[trace.time.size() - 2];
+  constexpr double rounding = 1e-6;
+  if (!(last <= end * (1.0 + rounding) && end - last <= apart + rounding * end)) {
+    refuse("the time of its steps");
+  }
 }
 
 bool is_run_folder(const std::filesystem::path& folder) {

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "model/problem/input_error.hpp"
+#include "model/problem/trace.hpp"
 #include "reports/results/results.hpp"
 #include "validation/outcome.hpp"
 
@@ -110,6 +111,9 @@ Outcome case_from_json(const nlohmann::ordered_json& json);
 /// Throws std::runtime_error if a case says pass and its quantities do not: this program does not
 /// write such a case.
 void check_verdict(const Outcome& outcome);
+
+/// Throws std::runtime_error if a summary.json contradicts the trace of its run.
+void check_summary(const nlohmann::ordered_json& summary, const Trace& trace);
 
 /// Parses a number, or one of the texts "nan", "inf" and "-inf".
 double number_from_json(const nlohmann::ordered_json& json);

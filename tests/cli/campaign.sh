@@ -73,7 +73,8 @@ cmp one.jsonl a.jsonl
 
 # One job, two results: a determinism failure. The sealed file is written by another plan's run of a changed line.
 id=$(basename "${files[0]}" .result)
-python3 - "${files[0]}" <<'END'
+cp -r three foreign
+cat >reseal.py <<'END'
 import sys
 def fnv(data):
     value, prime = 0x6c62272e07bb014262b821756295c58d, (1 << 88) + 0x13b
@@ -83,11 +84,19 @@ def fnv(data):
 text = open(sys.argv[1], "rb").read()
 line, seal = text[:-52], text[-52:]
 assert seal == seal[:-33] + b"%032x\n" % fnv(line), "the seal of this file"
-line = line.replace(b'"nodes":1,', b'"nodes":2,')
+line = line.replace(sys.argv[2].encode(), sys.argv[3].encode())
 open(sys.argv[1], "wb").write(line + seal[:-33] + b"%032x\n" % fnv(line))
 END
+python3 reseal.py "${files[0]}" '"nodes":1,' '"nodes":2,'
 refused 1 "determinism failure: job $id" merge one three --out a.jsonl
 refused 1 "determinism failure: job $id" merge three one --out a.jsonl
+
+# A result of another scene, or with a word that no program writes, is not merged although its seal fits.
+python3 reseal.py "foreign/results/$id.result" '"scene":"' '"scene":"other/'
+refused 2 "scene is not that of its job" merge foreign --out b.jsonl
+python3 reseal.py "foreign/results/$id.result" '"scene":"other/' '"scene":"'
+python3 reseal.py "foreign/results/$id.result" '"status":"ok"' '"status":"foo"'
+refused 2 'status = "foo"' merge foreign --out b.jsonl
 
 # The report.
 refused 1 "campaign/x_m.final" report one.jsonl --out report
@@ -127,6 +136,9 @@ python3 forge.py pass
 refused 1 "campaign/x_m.final" report forged.jsonl --out forged
 forged ":5: x_m.peak = .*, less than the last value" "jobs[3]['quantities']['x_m.peak'] = 1e-9"
 forged "nodes = -5" "jobs[3]['nodes'] = -5"
+forged 'status = "foo"' "jobs[3]['status'] = 'foo'"
+forged "not those of the design" "jobs[3]['parameters']['x'] = 1.0"
+forged "which the design does not have" "jobs[3]['parameters'][next(iter(jobs[3]['parameters']))] = 1e9"
 forged "domain.depth_m ends before it begins" "jobs[3]['domain'] = {'depth_m': [5, 1]}"
 forged "have not every row of the design once" "del jobs[3]"
 forged "have not every row of the design once" "jobs[3]['rows'] = jobs[4]['rows']"

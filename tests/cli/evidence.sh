@@ -141,7 +141,7 @@ refused 1 "2 of 3 requirements shown" evidence judged speeds.jsonl compared --co
 refused 1 "not judged: oscillator/figure-7" verify part.zip
 printf '\n[[requirement]]\nid = "R1"\ntext = "t"\ncases = ["campaign/jobs"]\n' | cat context.toml - >twice.toml
 refused 2 "requirement R1: its id is used twice" evidence judged speeds.jsonl compared --context twice.toml --out no.zip
-sed 's/"status":"ok"/"status":"OK"/' speeds.jsonl >edited.jsonl
+sed 's/"status":"ok"/"status":"diverged"/' speeds.jsonl >edited.jsonl
 refused 2 "edited.jsonl: was changed" evidence judged edited.jsonl compared --context context.toml --out no.zip
 cp -r compared edited
 sed -i 's/"holds": true/"holds": false/' edited/comparison.json
@@ -219,9 +219,16 @@ END
 "$palpate" evidence judged speeds.jsonl compared shallow --context context.toml --out four.zip --quiet >said
 "$palpate" verify four.zip >said || fail "$(cat said)"
 cat >forge.py <<'END'
-import base64, hashlib, json, struct, sys, zipfile
+import base64, hashlib, json, re, struct, sys, zipfile
 source, edit = zipfile.ZipFile("four.zip"), sys.argv[1]
 files = {n: source.read(n) for n in source.namelist()}
+def sha256(data): return hashlib.sha256(data).hexdigest().encode()
+def put(name, content):  # with its own seal and in the list of inputs
+    seal = re.search(rb'"seal": "([0-9a-f]{64})"', content)[1]
+    zeros = content.replace(seal, 64 * b"0")
+    content = content.replace(seal, sha256(zeros))
+    files["provenance.json"] = files["provenance.json"].replace(sha256(files[name]), sha256(content))
+    files[name] = content
 exec(edit)
 envelope = json.loads(files.pop("statement.intoto.json"))
 statement = json.loads(base64.b64decode(envelope["payload"]))
@@ -254,6 +261,8 @@ forged "has no cases.json" 'files.pop("cases.json")'
 forged "cases.json does not have the cases" 'files["cases.json"] = b"[]\n"'
 forged "has the file zz.txt" 'files["zz.txt"] = b"x"'
 forged "has no trace.h5" 'files.pop("results/4/trace.h5")'
+forged "summary.json: deepest_m is not that of trace.h5" 'n = "results/4/summary.json"; put(n, files[n].replace(b"\"deepest_m\": ", b"\"deepest_m\": 9", 1))'
+forged "provenance.json has no hash of context.toml" 'p = json.loads(files["provenance.json"]); p["inputs"] = []; files["provenance.json"] = json.dumps(p).encode()'
 forged "another domain" 'files["results/4/run.json"] = json.dumps({**json.loads(files["results/4/run.json"]), "domain": {"depth_m": [0.0, 5.0]}}).encode()'
 forged "claims.json does not follow from the results in it" 'files["claims.json"] = files["claims.json"].replace(b"\"status\": \"shown\"", b"\"status\": \"in part\"", 1)'
 forged "another hash of" 'files["provenance.json"] = files["provenance.json"].replace(b"\"sha256\": \"", b"\"sha256\": \"00", 1)'

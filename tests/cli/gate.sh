@@ -199,6 +199,9 @@ END
 epidural "$out/deeper"
 contradicted "deepest_m is not that of trace.h5" '"deepest_m": [^,]*,' '"deepest_m": 0.05,'
 contradicted "the time of its steps is not that of trace.h5" '"steps": [^,]*,' '"steps": 7,'
+contradicted "nodes is not that of trace.h5" '"nodes": [^,]*,' '"nodes": 7,'
+contradicted "events is not that of trace.h5" '"kind": "contact"' '"kind": "puncture"'
+contradicted "energy.final_j is more than energy.max_j" '"max_j": [^\n]*' '"max_j": 1e-9'
 contradicted "status is ok, but it has diverged_at_s" '"status": "ok",' '"status": "ok", "diverged_at_s": 0.1,'
 
 # Other numbers of a summary are compared.
