@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
-/// Namespace of a test file. A unity build, which compiles several files as one, defines a name for
-/// each.
+/// Namespace of a test file: without a name, or in a unity build, which compiles several files as
+/// one, with a name for each.
 #ifndef PALPATE_FILE
-#define PALPATE_FILE test_file
+#define PALPATE_FILE
 #endif
 
 namespace scratch {
