@@ -13,6 +13,7 @@
 #include <ctime>
 #include <fcntl.h>
 #include <fstream>
+#include <poll.h>
 #include <semaphore.h>
 #include <sstream>
 #include <sys/file.h>
@@ -156,7 +157,10 @@ void end_after_signal() {
   std::this_thread::sleep_for(std::chrono::milliseconds(grace));
   constexpr std::string_view lost =
       "palpate: interrupted; results that were not ready within 0.7 s are not written\n";
-  if (grace > 0 && write(STDERR_FILENO, lost.data(), lost.size()) < 0) {}  // nobody listens
+  pollfd stream{.fd = STDERR_FILENO, .events = POLLOUT, .revents = 0};
+  if (grace > 0 && poll(&stream, 1, 0) == 1) {  // never waits for a reader
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, lost.data(), lost.size());
+  }
   io::end_process(interrupted_code);
 }
 

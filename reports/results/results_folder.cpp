@@ -176,15 +176,6 @@ void add_times(Outcome& outcome, const Json& summary, const Trace& trace) {
   }
 }
 
-/// Returns the unit at the end of a key, "m" for "overshoot_m".
-std::string unit_of_key(std::string_view key) {
-  constexpr std::array<std::pair<const char*, const char*>, 5> suffixes{
-      {{"_rad_per_s", "rad/s"}, {"_s", "s"}, {"_m", "m"}, {"_n", "N"}, {"_j", "J"}}};
-  const auto* found =
-      std::ranges::find_if(suffixes, [&](const auto& unit) { return key.ends_with(unit.first); });
-  return found == suffixes.end() ? "1" : found->second;
-}
-
 /// Adds the numbers of an object of a summary, by the names of their keys. Left out are those of
 /// the clock of the machine, times of extremes, which rounding moves, and what is compared in
 /// another form.
@@ -198,7 +189,9 @@ void add_numbers(Outcome& outcome, const Json& object, const std::string& above 
   for (const auto& [key, value] : object.items()) {
     if (left_out.contains(key) || key.ends_with("_at_s")) { continue; }
     if (value.is_object()) { add_numbers(outcome, value, above + key + "."); }
-    if (value.is_number()) { add_number(outcome, above + key, value, unit_of_key(key)); }
+    if (!value.is_number()) { continue; }
+    const std::string_view unit = io::unit_in_name(key);
+    add_number(outcome, above + key, value, unit.empty() ? "1" : std::string(unit));
   }
 }
 

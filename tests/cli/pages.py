@@ -30,7 +30,7 @@ from pathlib import Path
 palpate, source, binary, scratch = (Path(word).resolve() for word in sys.argv[1:5])
 pages = [Path(word) for word in sys.argv[5:]] or [Path("README.md"), *sorted(
     path.relative_to(source) for path in (source / "docs").glob("*.md"))]
-processor_seconds = 180.0  # 110 alone; tests beside it on the same cores make it 135
+processor_seconds = 120.0
 kinds = ("not run", "first", "instead", "ends with", "prints", "serves", "file")
 programs = r"(?:\w+=\S+ )?(?:build/release/|root/usr/bin/)?palpate|scripts/[\w-]+|cmake|cpack|ctest|python3|octave|valgrind"
 command_span = re.compile(rf"(?:{programs})\s+\S")
