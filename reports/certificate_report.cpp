@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <set>
 #include <sstream>
 
 #include "fixtures/io/file_bytes.hpp"
@@ -464,8 +465,11 @@ std::string to_json(const CertificateReport& report) {
 
 namespace {
 
-/// Numbers of ticks in histogram.csv by column and bin [us]. Throws std::runtime_error.
-std::map<std::string, std::map<long, long>> ticks_in(const std::string& histogram) {
+/// Numbers of ticks of one column of histogram.csv by bin [us].
+using Column = std::map<long, long>;
+
+/// Ticks of each column of histogram.csv. Throws std::runtime_error.
+std::map<std::string, Column> ticks_in(const std::string& histogram) {
   std::istringstream lines(histogram);
   std::string line;
   std::getline(lines, line);
@@ -476,7 +480,12 @@ std::map<std::string, std::map<long, long>> ticks_in(const std::string& histogra
     return words;
   };
   const std::vector<std::string> names = words_of(line);
-  std::map<std::string, std::map<long, long>> ticks;
+  std::map<std::string, Column> ticks;
+  for (std::size_t n = 1; n < names.size(); ++n) {
+    if (!ticks.try_emplace(names[n]).second) {
+      throw std::runtime_error("two columns " + names[n]);
+    }
+  }
   long bin = -1;
   while (std::getline(lines, line)) {
     const std::vector<std::string> words = words_of(line);
@@ -548,36 +557,86 @@ void check_phase(const Json& phase, double deadline_us, const std::string& which
   }
 }
 
-/// Throws std::runtime_error if a column of the histogram is not that of a phase.
-void check_column(const std::map<std::string, std::map<long, long>>& ticks,
-                  const std::string& column, const Json& phase, const char* times,
-                  double deadline_us) {
-  const auto found = ticks.find(column);
+/// Throws std::runtime_error if a column of the histogram is not that of a phase: its ticks, least,
+/// percentiles and slowest.
+void check_column(const Column& column, const std::string& name, const Json& phase,
+                  const char* times) {
   const auto count = whole_from_json<long>(phase.at("ticks"));
-  const auto misses = whole_from_json<long>(phase.at("misses"));
+  const std::string what = "histogram.csv has other ticks in column " + name;
   long sum = 0;
-  long late = 0;     // in bins beyond the deadline
-  long perhaps = 0;  // and in the bin with the deadline
-  long last = -1;
-  if (found != ticks.end()) {
-    for (const auto& [bin, number] : found->second) {
-      sum += number;
-      last = bin;
-      if (static_cast<double>(bin) >= deadline_us) { late += number; }
-      if (static_cast<double>(bin) + 1.0 > deadline_us) { perhaps += number; }
-    }
-  }
-  const std::string what = "histogram.csv has other ticks in column " + column;
+  for (const auto& [bin, number] : column) { sum += number; }
   require_consistent(sum == count, what);
   if (count == 0) { return; }
-  const double most = number_from_json(phase.at(times).at("max"));
+  const Json& stated = phase.at(times);
+  const double slowest = number_from_json(stated.at("max"));
   constexpr auto end = static_cast<double>(LatencyHistogram::bin_count);  // last: all longer times
-  constexpr double half = 0.5 + 1e-6;
-  require_consistent(std::abs(static_cast<double>(last) + 0.5 - std::min(most, end - 0.5)) <= half,
-                     what + ": the slowest");
+  constexpr double rounding = 1e-6;
+  const auto in_bin = [](double time, long bin) {
+    const auto begin = static_cast<double>(bin);
+    return std::abs(std::min(time, end - 0.5) - begin - 0.5) <= 0.5 + rounding;
+  };
+  require_consistent(in_bin(slowest, column.rbegin()->first), what + ": the slowest");
+  require_consistent(in_bin(number_from_json(stated.at("min")), column.begin()->first),
+                     what + ": the fastest");
+  for (const auto& [key, share] : shown_percentiles) {
+    const double rank = std::ceil(share * static_cast<double>(count) - 1e-9);
+    double below = 0.0;
+    auto at = column.begin();
+    while (below += static_cast<double>(at->second), below < rank) { ++at; }
+    const Json& value = stated.at(key);
+    const bool none = !(rank < static_cast<double>(count));  // no tick lies above it
+    require_consistent(value.is_null() == none, what + ": " + key);
+    if (none) { continue; }
+    const auto bin_end = static_cast<double>(at->first) + 1.0;
+    const double limit = bin_end < end ? std::min(bin_end, slowest) : slowest;
+    require_consistent(std::abs(number_from_json(value) - limit) <= rounding * limit,
+                       what + ": " + key);
+  }
+}
+
+/// Throws std::runtime_error if the misses of a phase are not the ticks beyond the deadline in the
+/// column of its response times.
+void check_misses(const Column& column, const std::string& name, const Json& phase,
+                  double deadline_us) {
+  const auto misses = whole_from_json<long>(phase.at("misses"));
+  long late = 0;     // in bins beyond the deadline
+  long perhaps = 0;  // and in the bin with the deadline
+  for (const auto& [bin, number] : column) {
+    if (static_cast<double>(bin) >= deadline_us) { late += number; }
+    if (static_cast<double>(bin) + 1.0 > deadline_us) { perhaps += number; }
+  }
   require_consistent(
-      column == "wakeup" || column == "compute" || (late <= misses && misses <= perhaps),
-      what + ": those after the deadline");
+      late <= misses && misses <= perhaps,
+      "histogram.csv has other ticks in column " + name + ": those after the deadline");
+}
+
+/// Throws std::runtime_error if the columns of the histogram are not those of the loads: four of
+/// the worst load and, if there are several, four of each.
+void check_histogram(const std::string& histogram, const Json& loads, const Json& worst,
+                     double deadline_us) {
+  const std::map<std::string, Column> columns = ticks_in(histogram);
+  std::size_t checked = 0;
+  const auto check_load = [&](const Json& load, const std::string& suffix) {
+    const auto check = [&](const char* of, const char* phase, const char* times) {
+      const std::string name = of + suffix;
+      const auto found = columns.find(name);
+      require_consistent(found != columns.end(), "histogram.csv has no column " + name);
+      check_column(found->second, name, load.at(phase), times);
+      if (times == std::string_view("response_us")) {
+        check_misses(found->second, name, load.at(phase), deadline_us);
+      }
+      ++checked;
+    };
+    check("wakeup", "scene", "wakeup_us");
+    check("compute", "scene", "compute_us");
+    check("response", "scene", "response_us");
+    check("control", "control", "response_us");
+  };
+  check_load(worst, "");
+  if (loads.size() > 1) {
+    for (const Json& load : loads) { check_load(load, "_" + load.at("load").get<std::string>()); }
+  }
+  require_consistent(checked == columns.size(), "histogram.csv has columns of other loads");
 }
 
 /// Throws std::runtime_error if a tail is extrapolated although a check does not hold, or without
@@ -642,6 +701,87 @@ void check_events(const Json& json, const std::map<std::string, std::string>& ke
                          " s ends before the way of the drive, " + short_number(shortest) + " s");
 }
 
+/// Throws std::runtime_error if the costliest tick is not that of the provocations, these are not
+/// sorted, or one that every certificate has is missing.
+void check_budget(const Json& json, const Claim& claim) {
+  const Json& budget = json.at("compute_budget");
+  Certificate all{.claim = claim};
+  constexpr double rounding = 1e-9;
+  const auto equal = [](double a, double b) { return std::abs(a - b) <= rounding * std::abs(b); };
+  std::set<std::string> names;
+  for (const Json& probe : budget.at("provocations")) {
+    const double spent = number_from_json(probe.at("processor_us"));
+    require_consistent(spent >= 0.0 && whole_from_json<long>(probe.at("ticks")) > 0 &&
+                           whole_from_json<long>(probe.at("repetitions")) > 0,
+                       "a provocation without ticks");
+    require_consistent(
+        equal(number_from_json(probe.at("share_of_deadline")) * us * claim.deadline, spent),
+        "share_of_deadline is not that of processor_us and deadline_us");
+    require_consistent(all.budget.probes.empty() ||
+                           spent <= us * all.budget.probes.back().processor * (1.0 + rounding),
+                       "its provocations are not those of its costs, slowest first");
+    require_consistent(names.insert(probe.at("name")).second, "a provocation given twice");
+    all.budget.probes.push_back({.name = probe.at("name"),
+                                 .scene_time = number_from_json(probe.at("scene_s")),
+                                 .processor = spent / us});
+  }
+  const Json& worst = budget.at("worst_us");
+  require_consistent(worst.is_null() == names.empty() &&
+                         (names.empty() || equal(number_from_json(worst), us * all.budget.worst())),
+                     "worst_us is not that of the provocations");
+  require_consistent(budget.at("statement") == budget_text(all),
+                     "the statement is not that of the provocations");
+  const Json& rate = budget.at("cycles_per_second");
+  const auto check_cycles = [&](const char* key, double seconds, bool known) {
+    require_consistent(
+        budget.at(key).is_null() != known &&
+            (!known || equal(number_from_json(budget.at(key)), seconds * number_from_json(rate))),
+        std::string(key) + " is not that of cycles_per_second");
+  };
+  check_cycles("worst_cycles", all.budget.worst(), !rate.is_null() && !names.empty());
+  check_cycles("deadline_cycles", claim.deadline, !rate.is_null());
+  if (names.empty()) { return; }
+  std::set<std::string> needed{"first tick", "costliest tick"};
+  if (!json.at("interrupted").get<bool>()) { needed.insert("cold caches"); }
+  for (const Json& event : json.at("events")) { needed.insert(event.at("event")); }
+  for (const std::string& name : needed) {
+    require_consistent(names.contains(name), "it has no provocation \"" + name + "\"");
+  }
+}
+
+/// Loads that a command line requests; "idle" if none.
+std::vector<std::string> loads_of_command(const std::string& command) {
+  std::vector<std::string> loads;
+  std::istringstream words(command);
+  const std::string option = "--load";
+  for (std::string word; words >> word;) {
+    if (word.starts_with(option + "=")) { loads.push_back(word.substr(option.size() + 1)); }
+    if (word == option && words >> word) { loads.push_back(word); }
+  }
+  return loads.empty() ? std::vector<std::string>{"idle"} : loads;
+}
+
+/// Throws std::runtime_error if the loads are not those of the command, or the worst load is not
+/// the one with the largest limit of the miss probability.
+void check_loads(const Json& json) {
+  const std::vector<std::string> requested = loads_of_command(json.at("command"));
+  const Json& loads = json.at("loads");
+  require_consistent(json.at("interrupted").get<bool>() || loads.empty()
+                         ? loads.size() <= requested.size()
+                         : loads.size() == requested.size(),
+                     "it has " + std::to_string(loads.size()) + " loads, and its command " +
+                         std::to_string(requested.size()));
+  for (std::size_t n = 0; n < loads.size(); ++n) {
+    require_consistent(loads[n].at("load") == requested[n], "it has other loads than its command");
+  }
+  if (loads.empty()) { return; }
+  const auto limit = [](const Json& load) {
+    return number_from_json(load.at("scene").at("miss_probability_upper_95"));
+  };
+  require_consistent(std::ranges::max_element(loads, {}, limit)->at("load") == json.at("load"),
+                     "the worst load has not the largest miss probability");
+}
+
 /// Throws std::runtime_error if a certificate's verdict does not follow from its numbers, or these
 /// from its histogram.
 void check_certificate(const Json& json, const std::string& histogram) {
@@ -668,17 +808,14 @@ void check_certificate(const Json& json, const std::string& histogram) {
     ticks = std::max(ticks, ticks_of(load.at("scene")));
   }
   require_consistent(loads.empty() || worst != nullptr, "the worst load is none of its loads");
+  check_loads(json);
   if (worst != nullptr) {
     for (const auto& [key, value] : worst->at("scene").items()) {
       require_consistent(json.at(key) == value, key + " is not that of the worst load");
     }
     require_consistent(json.at("control") == worst->at("control"),
                        "control is not that of the worst load");
-    const auto histograms = ticks_in(histogram);
-    check_column(histograms, "wakeup", worst->at("scene"), "wakeup_us", deadline);
-    check_column(histograms, "compute", worst->at("scene"), "compute_us", deadline);
-    check_column(histograms, "response", worst->at("scene"), "response_us", deadline);
-    check_column(histograms, "control", worst->at("control"), "response_us", deadline);
+    check_histogram(histogram, loads, *worst, deadline);
   }
   Claim claim{.rate = number_from_json(json.at("rate_hz")),
               .deadline = deadline / us,
@@ -724,25 +861,7 @@ void check_certificate(const Json& json, const std::string& histogram) {
                              short_number(claim.rate) + " Hz");
     }
   }
-  double costliest = 0.0;
-  for (const Json& probe : json.at("compute_budget").at("provocations")) {
-    const double spent = number_from_json(probe.at("processor_us"));
-    costliest = std::max(costliest, spent);
-    require_consistent(whole_from_json<long>(probe.at("ticks")) > 0 &&
-                           whole_from_json<long>(probe.at("repetitions")) > 0,
-                       "a provocation without ticks");
-  }
-  const Json& most = json.at("compute_budget").at("worst_us");
-  require_consistent(most.is_null()
-                         ? costliest == 0.0
-                         : std::abs(number_from_json(most) - costliest) <= rounding * costliest,
-                     "worst_us is not that of the provocations");
-  for (const Json& probe : json.at("compute_budget").at("provocations")) {
-    const double spent = number_from_json(probe.at("processor_us"));
-    require_consistent(std::abs(number_from_json(probe.at("share_of_deadline")) * deadline -
-                                spent) <= rounding * spent,
-                       "share_of_deadline is not that of processor_us and deadline_us");
-  }
+  check_budget(json, claim);
   std::string ran = json.at("resolved_scene");
   for (const Json& input : json.at("inputs")) {
     ran += "\n" + input.at("sha256").get<std::string>();
@@ -792,7 +911,14 @@ SealedVerdict verified_certificate(const std::string& json, const std::string& h
   std::string hash_of_histogram;
   try {
     const Json content = parse_sealed(json);
-    sealed = {.verdict = content.at("verdict"), .reason = content.at("reason")};
+    sealed = {.verdict = content.at("verdict"),
+              .reason = content.at("reason"),
+              .title = content.at("title"),
+              .nodes = whole_from_json<long>(content.at("nodes")),
+              .springs = whole_from_json<long>(content.at("springs")),
+              .resolved_scene = content.at("resolved_scene"),
+              .more_files = content.at("inputs").size() > 1,
+              .code_hash = content.at("code_hash")};
     hash_of_histogram = content.at("histogram_sha256");
     if (io::sha256(histogram) == hash_of_histogram) { check_certificate(content, histogram); }
   } catch (const std::exception& problem) { throw json_trouble(file, json, problem, allowed); }

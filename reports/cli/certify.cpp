@@ -309,6 +309,13 @@ CertifyPlan plan_of(const CertifyOptions& options, const LoadedScene& loaded, Pr
   return plan;
 }
 
+/// Nodes and springs of a scene; zero without a network.
+std::pair<long, long> size_of(const LoadedScene& loaded) {
+  const NetworkProblem* network = loaded.network();
+  if (network == nullptr) { return {0, 0}; }
+  return {network->network().node_count(), static_cast<long>(network->network().springs.size())};
+}
+
 /// Hashes of everything that runs, and their sum.
 void hash_what_runs(const CertifyOptions& options, const LoadedScene& loaded,
                     CertificateReport& report) {
@@ -326,10 +333,7 @@ void hash_what_runs(const CertifyOptions& options, const LoadedScene& loaded,
   report.program_hash = io::sha256_of_file("/proc/self/exe");
   report.code_hash = build::code_hash();
   report.scene_hash = io::sha256(all + "\n" + report.code_hash);
-  if (const NetworkProblem* network = loaded.network()) {
-    report.nodes = network->network().node_count();
-    report.springs = static_cast<long>(network->network().springs.size());
-  }
+  std::tie(report.nodes, report.springs) = size_of(loaded);
 }
 
 /// Runs the certification on a new thread; the calling thread shows the progress.
@@ -387,6 +391,28 @@ void tell(const CertificateReport& report, const Outcome& outcome,
   std::printf("%s\n", io::printable((folder / "report.html").string()).c_str());
 }
 
+/// Compares the title and size of a certificate with the scene that it holds. Returns why they
+/// could not be compared; empty if they could. Throws InputError if they differ.
+std::string compare_scene(const SealedVerdict& sealed, const std::string& file) {
+  if (sealed.code_hash != build::code_hash()) { return "written by another version"; }
+  if (sealed.more_files) { return "the scene reads more files"; }
+  const io::ScratchFolder scratch;
+  io::replace_file(scratch / "scene.toml", sealed.resolved_scene);
+  std::string difference;
+  try {
+    const LoadedScene loaded = load_scene(scratch / "scene.toml", CommonOptions{}, false);
+    const auto [nodes, springs] = size_of(loaded);
+    if (loaded.file.scene.title != sealed.title) { difference = "another title"; }
+    if (nodes != sealed.nodes) { difference = std::to_string(nodes) + " nodes"; }
+    if (springs != sealed.springs) { difference = std::to_string(springs) + " springs"; }
+  } catch (const InputError&) {  // names the file in the scratch folder
+    difference = "keys or values that no scene can have";
+  }
+  if (difference.empty()) { return {}; }
+  throw InputError(file + ": the scene that it holds has " + difference +
+                   "; a certificate.json as palpate certify wrote it");
+}
+
 /// Compares a certificate.json and the histogram.csv beside it with its seal. Throws InputError if
 /// they differ.
 int verify(const CertifyOptions& options) {
@@ -406,7 +432,9 @@ int verify(const CertifyOptions& options) {
     signature =
         checked.signature_checked ? "signature of this key; " : "signature not checked (--key); ";
   }
-  std::printf("unchanged since it was written; %s%s: %s\n", signature.c_str(),
+  const std::string unchecked = compare_scene(sealed, file.string());
+  std::printf("unchanged since it was written; %s%s%s: %s\n", signature.c_str(),
+              unchecked.empty() ? "" : ("nodes and title not checked, " + unchecked + "; ").c_str(),
               io::printable(sealed.verdict).c_str(), io::printable(sealed.reason).c_str());
   return sealed.verdict == verdict_word(Status::pass)   ? done
          : sealed.verdict == verdict_word(Status::fail) ? fell_short
@@ -419,6 +447,9 @@ int run_certify(const CertifyOptions& options) {
     (void)evidence::statement_over({}, evidence::certificate_predicate, "{}", options.key);
   }
   for (const std::string& load : options.loads) {
+    if (std::ranges::count(options.loads, load) > 1) {
+      throw InputError("--load " + load + ": given twice; each load once");
+    }
     if (is_own_load(load) || load == "stress-ng") { continue; }
     throw InputError("--load " + load + ": unknown; " + std::string(own_loads) + " or stress-ng");
   }

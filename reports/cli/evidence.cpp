@@ -726,84 +726,6 @@ Json domain_again(const Json& run, const Json& summary) {
   }
 }
 
-/// Throws InputError if files of an archive contradict each other: `why` begins with the file.
-void check_archive(const Files& files, const std::string& name) {
-  const auto require = [&name](bool holds, const std::string& why) {
-    if (!holds) { throw InputError(name + ": " + why + "; an archive of palpate evidence"); }
-  };
-  static const std::set<std::string> on_top{
-      "anomalies.json", "bom.cyclonedx.json", "bom.spdx.json",     "cases.json",
-      "claims.csv",     "claims.json",        "context.toml",      "credibility.json",
-      "domain.json",    "provenance.json",    "qualification.json"};
-  for (const auto& [file, bytes] : files) {
-    std::vector<std::string> parts;
-    std::istringstream path(file);
-    for (std::string part; std::getline(path, part, '/');) { parts.push_back(part); }
-    static const std::set<std::string> of_results{"results.json",    "campaign.jsonl",
-                                                  "comparison.json", "run.json",
-                                                  "summary.json",    "trace.h5"};
-    const bool in_results = parts.size() >= 3 && parts[0] == "results" &&
-                            parts[1].find_first_not_of("0123456789") == std::string::npos;
-    const bool known =
-        on_top.contains(file) ||
-        (in_results && parts.size() == 3 && of_results.contains(parts[2])) ||
-        (in_results && parts.size() == 4 && parts[2] == "traces" && parts[3].ends_with(".h5"));
-    require(known, "has the file " + io::printable(file));
-    if (file.ends_with("/run.json") || file.ends_with("/summary.json")) {
-      const std::string folder = folder_of(file);
-      for (const char* other : {"/run.json", "/summary.json", "/trace.h5"}) {
-        require(files.contains(folder + other), folder + " has no " + (other + 1));
-      }
-    }
-  }
-  try {
-    const Json provenance = parse_json(files.at("provenance.json"));
-    const Json qualified = parse_json(files.at("qualification.json"));
-    const std::string code = provenance.at("code_hash");
-    require(qualified.at("code_hash") == code,
-            "qualification.json is of other code than provenance.json");
-    std::set<std::string> hashed;
-    for (const Json& input : provenance.at("inputs")) {
-      if (input.at("file").is_null()) { continue; }
-      const auto file = files.find(input.at("file").get<std::string>());
-      if (file != files.end()) { hashed.insert(file->first); }
-      require(file != files.end() && io::sha256(file->second) == input.at("sha256"),
-              "provenance.json has another hash of " + input.at("file").dump());
-    }
-    for (const auto& [file, bytes] : files) {
-      const bool given =
-          (file.starts_with("results/") && !file.ends_with("/run.json")) || file == "context.toml";
-      require(!given || hashed.contains(file), "provenance.json has no hash of " + file);
-      if (!file.ends_with("/summary.json")) { continue; }
-      const Json summary = parse_sealed(bytes);
-      const io::ScratchFolder scratch;
-      io::replace_file(scratch / "trace.h5", files.at(folder_of(file) + "/trace.h5"));
-      try {
-        check_summary(summary, io::read_trace_hdf5(scratch / "trace.h5"));
-      } catch (const std::exception& problem) {
-        require(false, file + ": " + std::string(problem.what()));
-      }
-      const Json run = parse_json(files.at(folder_of(file) + "/run.json"));
-      require(summary.at("status") == "ok", file + " is of a run that did not end well");
-      require(nlohmann::json(run.at("domain")) == nlohmann::json(domain_again(run, summary)),
-              folder_of(file) + "/run.json has another domain than its scene and summary.json");
-    }
-    if (code != build::code_hash()) { return; }
-    require(parse_json(files.at("cases.json")) == names_of_cases(),
-            "cases.json does not have the cases of its program");
-    Json planted = Json::array();
-    for (const Planted& each : planted_faults()) {
-      for (const std::string& of : each.cases) { planted.push_back(Json{each.fault.name, of}); }
-    }
-    const Json found = list_of(qualified.at("faults"), [](const Json& each) {
-      return Json{each.at("fault"), each.at("case")};
-    });
-    require(found == planted, "qualification.json does not have the faults of its program");
-  } catch (const InputError&) { throw; } catch (const std::exception& problem) {
-    throw json_trouble(name, {}, problem, "an archive as palpate evidence wrote it");
-  }
-}
-
 int note_library(dl_phdr_info* info, std::size_t, void* list) {
   if (info->dlpi_name != nullptr && *info->dlpi_name == '/') {
     static_cast<std::set<std::string>*>(list)->insert(info->dlpi_name);
@@ -907,6 +829,104 @@ std::string cyclonedx(const std::vector<Package>& list,
       object("timestamp", build.at("date"), "component",
              object("type", "application", "name", "palpate", "version", build.at("version"))),
       "components", list_of(list, component)));
+}
+
+/// Throws std::runtime_error if the two bills of materials of an archive are not those of one list
+/// of packages and of the build in provenance.json.
+void check_bills(const Files& files, const std::map<std::string, std::string>& build) {
+  std::vector<Package> list;
+  const Json bill = parse_json(files.at("bom.cyclonedx.json"));
+  for (const Json& each : bill.at("components")) {
+    const std::string purl = each.at("purl");
+    const std::size_t at = purl.rfind("?arch=");
+    require_consistent(at != std::string::npos, "bom.cyclonedx.json has the package " + purl);
+    list.push_back({.name = each.at("name"),
+                    .version = each.at("version"),
+                    .architecture = purl.substr(at + 6)});
+  }
+  require_consistent(files.at("bom.cyclonedx.json") == cyclonedx(list, build),
+                     "bom.cyclonedx.json is not of the build in provenance.json");
+  require_consistent(files.at("bom.spdx.json") == spdx(list, build),
+                     "bom.spdx.json has other packages than bom.cyclonedx.json, or another build");
+}
+
+/// Throws InputError if files of an archive contradict each other: `why` begins with the file.
+void check_archive(const Files& files, const std::string& name) {
+  const auto require = [&name](bool holds, const std::string& why) {
+    if (!holds) { throw InputError(name + ": " + why + "; an archive of palpate evidence"); }
+  };
+  static const std::set<std::string> on_top{
+      "anomalies.json", "bom.cyclonedx.json", "bom.spdx.json",     "cases.json",
+      "claims.csv",     "claims.json",        "context.toml",      "credibility.json",
+      "domain.json",    "provenance.json",    "qualification.json"};
+  for (const auto& [file, bytes] : files) {
+    std::vector<std::string> parts;
+    std::istringstream path(file);
+    for (std::string part; std::getline(path, part, '/');) { parts.push_back(part); }
+    static const std::set<std::string> of_results{"results.json",    "campaign.jsonl",
+                                                  "comparison.json", "run.json",
+                                                  "summary.json",    "trace.h5"};
+    const bool in_results = parts.size() >= 3 && parts[0] == "results" &&
+                            parts[1].find_first_not_of("0123456789") == std::string::npos;
+    const bool known =
+        on_top.contains(file) ||
+        (in_results && parts.size() == 3 && of_results.contains(parts[2])) ||
+        (in_results && parts.size() == 4 && parts[2] == "traces" && parts[3].ends_with(".h5"));
+    require(known, "has the file " + io::printable(file));
+    if (file.ends_with("/run.json") || file.ends_with("/summary.json")) {
+      const std::string folder = folder_of(file);
+      for (const char* other : {"/run.json", "/summary.json", "/trace.h5"}) {
+        require(files.contains(folder + other), folder + " has no " + (other + 1));
+      }
+    }
+  }
+  try {
+    const Json provenance = parse_json(files.at("provenance.json"));
+    const Json qualified = parse_json(files.at("qualification.json"));
+    const std::string code = provenance.at("code_hash");
+    require(qualified.at("code_hash") == code,
+            "qualification.json is of other code than provenance.json");
+    std::set<std::string> hashed;
+    for (const Json& input : provenance.at("inputs")) {
+      if (input.at("file").is_null()) { continue; }
+      const auto file = files.find(input.at("file").get<std::string>());
+      if (file != files.end()) { hashed.insert(file->first); }
+      require(file != files.end() && io::sha256(file->second) == input.at("sha256"),
+              "provenance.json has another hash of " + input.at("file").dump());
+    }
+    for (const auto& [file, bytes] : files) {
+      const bool given =
+          (file.starts_with("results/") && !file.ends_with("/run.json")) || file == "context.toml";
+      require(!given || hashed.contains(file), "provenance.json has no hash of " + file);
+      if (!file.ends_with("/summary.json")) { continue; }
+      const Json summary = parse_sealed(bytes);
+      const io::ScratchFolder scratch;
+      io::replace_file(scratch / "trace.h5", files.at(folder_of(file) + "/trace.h5"));
+      try {
+        check_summary(summary, io::read_trace_hdf5(scratch / "trace.h5"));
+      } catch (const std::exception& problem) {
+        require(false, file + ": " + std::string(problem.what()));
+      }
+      const Json run = parse_json(files.at(folder_of(file) + "/run.json"));
+      require(summary.at("status") == "ok", file + " is of a run that did not end well");
+      require(nlohmann::json(run.at("domain")) == nlohmann::json(domain_again(run, summary)),
+              folder_of(file) + "/run.json has another domain than its scene and summary.json");
+    }
+    if (code != build::code_hash()) { return; }
+    check_bills(files, provenance.at("build").get<std::map<std::string, std::string>>());
+    require(parse_json(files.at("cases.json")) == names_of_cases(),
+            "cases.json does not have the cases of its program");
+    Json planted = Json::array();
+    for (const Planted& each : planted_faults()) {
+      for (const std::string& of : each.cases) { planted.push_back(Json{each.fault.name, of}); }
+    }
+    const Json found = list_of(qualified.at("faults"), [](const Json& each) {
+      return Json{each.at("fault"), each.at("case")};
+    });
+    require(found == planted, "qualification.json does not have the faults of its program");
+  } catch (const InputError&) { throw; } catch (const std::exception& problem) {
+    throw json_trouble(name, {}, problem, "an archive as palpate evidence wrote it");
+  }
 }
 
 // Collection of results.

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <unistd.h>
 
+#include "fixtures/io/csv_file.hpp"
 #include "model/problem/input_error.hpp"
 #include "model/tissue/voxel_tissue.hpp"
 
@@ -25,8 +26,8 @@ std::string known_integrators() {
 ModelSubject loaded_model(const io::SceneFile& file, bool no_skip, double spare) {
   const std::string& name = file.scene.simulation.integrator;
   if (name != "auto" && find_integrator(name) == nullptr) {
-    throw InputError(file.where("simulation.integrator") + ": unknown integrator \"" + name +
-                     "\"; must be one of " + known_integrators());
+    throw InputError(file.where("simulation.integrator") + ": unknown integrator \"" +
+                     io::shown(name) + "\"; must be one of " + known_integrators());
   }
   try {
     Scene scene = file.scene;

@@ -31,6 +31,10 @@ CertificateReport sample(long scene_misses) {
                         .wall = 5e-4,
                         .repetitions = 3,
                         .ticks = 1}};
+  for (const char* name : {"costliest tick", "puncture", "contact", "cold caches"}) {
+    all.budget.probes.push_back(all.budget.probes.front());
+    all.budget.probes.back().name = name;
+  }
   LoadResult& load = all.loads.emplace_back("idle", 1e-3);
   for (long n = 0; n < 2000; ++n) {
     const double due = 1e-3 * static_cast<double>(n);
@@ -214,11 +218,40 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
   refused([](Json& json) { json["compute_budget"]["worst_us"] = 2000.0; }, "worst_us");
   refused(
       [](Json& json) {
-        json["compute_budget"]["worst_us"] = 2000.0;
-        json["compute_budget"]["provocations"][0]["processor_us"] = 2000.0;
-        json["compute_budget"]["provocations"][0]["share_of_deadline"] = 2.0;
+        CertificateReport slow = sample(0);
+        slow.result.budget.probes.front().processor = 2e-3;
+        json["compute_budget"] = Json::parse(to_json(slow))["compute_budget"];
       },
       "\"not certified\"");
+  refused(
+      [](Json& json) {
+        CertificateReport fast = sample(0);
+        for (auto& probe : fast.result.budget.probes) { probe.processor = 1e-4; }
+        json["compute_budget"] = Json::parse(to_json(fast))["compute_budget"];
+        json["compute_budget"]["statement"] = "Whatever the environment: nothing costs anything.";
+      },
+      "the statement is not");
+  for (const char* gone : {"first tick", "costliest tick", "cold caches", "puncture"}) {
+    refused(
+        [&](Json& json) {
+          Json& all = json["compute_budget"]["provocations"];
+          std::erase_if(all.get_ref<Json::array_t&>(),
+                        [&](const Json& each) { return each["name"] == gone; });
+          CertificateReport less = sample(0);
+          std::erase_if(less.result.budget.probes,
+                        [&](const WorstCaseProbe& each) { return each.name == gone; });
+          json["compute_budget"] = Json::parse(to_json(less))["compute_budget"];
+        },
+        "it has no provocation");
+  }
+  refused([](Json& json) { json["compute_budget"]["provocations"][1]["name"] = "first tick"; },
+          "given twice");
+  refused([](Json& json) { json["compute_budget"]["worst_cycles"] = 3.0; }, "worst_cycles");
+  refused([](Json& json) { json["compute_budget"]["deadline_cycles"] = 3.0; }, "deadline_cycles");
+  refused([](Json& json) { json["command"] = "palpate certify scene.toml --load idle --load cpu"; },
+          "it has 1 loads, and its command 2");
+  refused([](Json& json) { json["command"] = "palpate certify scene.toml --load=cpu"; },
+          "other loads than its command");
   refused([](Json& json) { json["deadline_us"] = 10.0; }, "its slowest tick took");
   refused([](Json& json) { json["environment"]["memory"] = "refused"; }, "not qualified");
   refused([](Json&) {}, "other ticks in column", to_csv(sample(0)) + "999,1,0,0,0\n");
@@ -259,7 +292,15 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
           "scene_hash");
   refused([](Json& json) { json["code_hash"] = "ee"; }, "scene_hash");
   refused([](Json& json) { json["compute_budget"]["provocations"][0]["processor_us"] = 999.0; },
-          "worst_us");
+          "share_of_deadline");
+  refused([](Json& json) { json["compute_budget"]["provocations"][1]["processor_us"] = 999.0; },
+          "share_of_deadline");
+  refused(
+      [](Json& json) {
+        json["compute_budget"]["provocations"][1]["processor_us"] = 999.0;
+        json["compute_budget"]["provocations"][1]["share_of_deadline"] = 0.999;
+      },
+      "slowest first");
   refused([](Json& json) { json["reason"] = "No tick of 1000000000 missed 1000 us."; }, "reason");
   refused(
       [&](Json& json) {
@@ -269,8 +310,59 @@ TEST("a certificate that contradicts itself is refused although its seal fits") 
       },
       "compute_us.p50");
   refused([](Json&) {}, "no count", to_csv(sample(0)) + "999,1,x,0,0\n");
+  refused(
+      [&](Json& json) {
+        json = Json::parse(to_json(sample(2)));  // all but two ticks took 300.2 us
+        Json times = json["response_us"];
+        for (const char* key : {"p50", "p90", "p99", "p99.9"}) { times[key] = 400.0; }
+        of_scene(json, "response_us", times);
+      },
+      "column response: p50", to_csv(sample(2)));
+  refused(
+      [&](Json& json) {
+        Json times = json["wakeup_us"];
+        times["min"] = 1.0;
+        of_scene(json, "wakeup_us", times);
+      },
+      "column wakeup: the fastest");
   const CertificateReport missed = sample(2);
   CHECK(verified_certificate(to_json(missed), to_csv(missed), "c.json").verdict == "not certified");
+}
+
+TEST("each load of a certificate is compared with its columns of the histogram") {
+  CertificateReport report = sample(0);
+  report.command = "palpate certify scene.toml --load idle --load cpu";
+  report.result.loads.push_back(report.result.loads.front());
+  report.result.loads.back().load = "cpu";
+  report.result.loads.back().control.record.add({.due = 2.0, .begin = 2.0, .end = 2.0}, {});
+  report.result.claim.duration = 2.001;
+  report.result.interrupted = true;  // during the scene under the second load
+  const std::string histogram = to_csv(report);
+  const std::string text = to_json(report);
+  CHECK(verified_certificate(text, histogram, "c.json").verdict == "certified");
+  const auto refused = [&](const std::function<void(Json&)>& change, const char* message,
+                           const std::string& changed) {
+    Json json = Json::parse(text);
+    change(json);
+    json["histogram_sha256"] = io::sha256(changed);
+    check::row = message;
+    CHECK_THROWS_AS(InputError, verified_certificate(sealed_text(json, 2), changed, "c.json"),
+                    message);
+  };
+  refused(
+      [](Json& json) {
+        for (const char* key : {"p50", "p90", "p99", "p99.9", "max"}) {
+          json["loads"][1]["scene"]["compute_us"][key] = 299.0;
+        }
+      },
+      "column compute_cpu: the slowest", histogram);
+  refused([](Json& json) { json["load"] = "cpu"; }, "has not the largest", histogram);
+  refused([](Json& json) { json["loads"].erase(1); }, "columns of other loads", histogram);
+  const std::size_t end = histogram.find('\n');
+  refused([](Json&) {}, "a row of other length",
+          histogram.substr(0, histogram.rfind(',', end)) + histogram.substr(end));
+  report.result.loads.pop_back();
+  refused([](Json&) {}, "no column wakeup_idle", to_csv(report));
 }
 
 TEST("a certificate of a needle needs the contact, and time for the way of its drive") {

@@ -786,6 +786,10 @@ CaseChanges compare_case(const AcceptedCase& accepted, const Outcome& now) {
   if (std::string problem = status_problem(accepted.outcome, now); !problem.empty()) {
     changes.push_back(broken("", std::move(problem)));
   }
+  if (now.suite != accepted.outcome.suite) {
+    changes.push_back(
+        broken("suite", "is \"" + now.suite + "\", was \"" + accepted.outcome.suite + "\""));
+  }
   if (now.claim != accepted.outcome.claim) {
     const bool of_run = accepted.outcome.suite == "run";  // its claim is the title of the scene
     changes.push_back(broken(of_run ? std::string(scene_prefix) + "title" : "claim",

@@ -346,6 +346,14 @@ TEST("the axes of a map are compared, and a changed origin of a bound is named")
   CHECK_CONTAINS(named.cases[0].changes[0].moved, "bound from \"another theory\", was");
 }
 
+TEST("a case of another suite fails: the wall clocks of suite timing are not compared") {
+  Outcome other = sample("a", 1e-5);
+  other.suite = "timing";
+  const GateResult moved = compared({sample("a", 1e-5)}, {other});
+  CHECK(!moved.holds());
+  CHECK_CONTAINS(moved.cases[0].outcome.reason(), "suite is \"timing\", was \"accuracy\"");
+}
+
 TEST("an inconclusive case does not pass by a smaller uncertainty") {
   const auto with = [](double uncertainty) {
     Outcome outcome{.name = "a", .suite = "accuracy", .claim = "It is right."};
