@@ -26,3 +26,14 @@ status=0
 wait "$pid" || status=$?
 [ "$status" -eq 130 ] || { echo "exit status $status, expected 130"; exit 1; }
 grep -q '"reason": "not finished"' "$out/summary.json"
+
+# A command that has nothing ready in time says so; else its certificate is there.
+"$palpate" certify "$scenes/mesh-example/scene.toml" --ordinary --out "$out/certified" --quiet 2>"$out/said" &
+pid=$!
+until [ -d "$out/certified" ]; do sleep 0.05; done
+sleep 0.5
+kill -INT "$pid"
+status=0
+wait "$pid" || status=$?
+[ "$status" -eq 130 ] || { echo "exit status $status, expected 130"; exit 1; }
+[ -e "$out/certified/certificate.json" ] || grep -q "not ready within 0.7 s are not written" "$out/said"
