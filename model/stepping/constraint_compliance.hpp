@@ -58,7 +58,7 @@ template <class Real> class ConstraintCompliance {
                           response_.row(supports_[i].coordinate + row % 3).template cast<double>();
       }
     }
-    right_ = right;
+    right_.setZero(dof);
     solution_ = solution;
     if (tool >= 0) {
       right = Vector<Real>::Unit(dof, tool);
@@ -77,19 +77,27 @@ template <class Real> class ConstraintCompliance {
     multipliers_.setZero(rows);
   }
   [[nodiscard]] bool learned() const { return dof_ > 0; }
-  /// Changes the weights of a single contact point and computes its response along one axis anew;
-  /// constraints must act along this axis alone. Does not allocate.
+  /// Changes the weights of a single contact point; constraints must act along `axis` alone. The
+  /// response is computed anew only if the weights have changed by more than `most_moved` in all
+  /// since it was: the constraints hold exactly with either, and a correction leaves this share of
+  /// the change of the contact force to the next. Does not allocate.
   void reweigh(std::span<const Support> supports, Eigen::Index axis) noexcept {
-    right_.setZero();
+    double moved = 0.0;
     for (std::size_t i = 0; i < supports.size(); ++i) {
       supports_[i].weight = supports[i].weight;
-      right_(supports_[i].coordinate + axis) = static_cast<Real>(supports_[i].weight);
+      const auto before = static_cast<double>(right_(supports_[i].coordinate + axis));
+      moved += std::abs(supports_[i].weight - before);
     }
-    solve_(right_, solution_);
-    response_.col(axis) = solution_;
+    if (!(moved <= most_moved)) {
+      for (const Support& s : supports_) {
+        right_(s.coordinate + axis) = static_cast<Real>(s.weight);
+      }
+      solve_(right_, solution_);
+      response_.col(axis) = solution_;
+    }
     gram_(axis, axis) = 0.0;
     for (const Support& s : supports_) {
-      gram_(axis, axis) += s.weight * static_cast<double>(solution_(s.coordinate + axis));
+      gram_(axis, axis) += s.weight * static_cast<double>(response_(s.coordinate + axis, axis));
     }
   }
 
@@ -211,6 +219,8 @@ template <class Real> class ConstraintCompliance {
   }
 
  private:
+  static constexpr double most_moved = 0.05;
+
   struct Row {
     std::size_t first = 0;
     std::size_t count = 0;
@@ -237,7 +247,7 @@ template <class Real> class ConstraintCompliance {
   Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic> response_{};  ///< P^-1 of each direction
   Eigen::MatrixXd gram_{};  ///< 3 contact points x 3 contact points
   Solve solve_{};
-  Vector<Real> right_{};
+  Vector<Real> right_{};  ///< weights of the last response of reweigh(); zero before
   Vector<Real> solution_{};
   double tool_response_ = 0.0;  ///< P^-1 of the tool's coordinate, on which no spring acts
 
