@@ -8,8 +8,10 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <fcntl.h>
 #include <functional>
+#include <iomanip>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -333,9 +335,12 @@ gate::Spread spread_from(const Json& json) {
   gate::Spread spread{.quantities = json.at("quantities"),
                       .curves = json.at("curves"),
                       .runs = whole_from_json<int>(json.at("runs"))};
+  if (spread.runs < 0) {
+    throw std::runtime_error("has a spread from " + std::to_string(spread.runs) + " runs");
+  }
   for (const auto* list : {&spread.quantities, &spread.curves}) {
     for (const auto& [name, value] : *list) {
-      if (value >= 0.0 && spread.runs > 0) { continue; }
+      if (value >= 0.0 && std::isfinite(value) && spread.runs > 0) { continue; }
       throw std::runtime_error("has the spread " + exact_number(value) + " of " + name + " from " +
                                std::to_string(spread.runs) + " runs");
     }
@@ -348,11 +353,67 @@ Json approval_json(const gate::Approval& entry) {
                 entry.cases);
 }
 
+/// True for a date as build_provenance() writes it: 2026-11-30T07:02:31Z.
+bool is_date(const std::string& text) {
+  std::istringstream stream(text);
+  std::tm date{};
+  stream >> std::get_time(&date, "%Y-%m-%dT%H:%M:%SZ");
+  return !stream.fail() && stream.peek() == std::istringstream::traits_type::eof() &&
+         text.size() == std::string_view("2026-11-30T07:02:31Z").size();
+}
+
 gate::Approval approval_from(const Json& json) {
-  return {.date = json.at("date"),
-          .commit = json.at("commit"),
-          .reason = json.at("reason"),
-          .cases = json.at("cases")};
+  gate::Approval entry{.date = json.at("date"),
+                       .commit = json.at("commit"),
+                       .reason = json.at("reason"),
+                       .cases = json.at("cases")};
+  if (!is_date(entry.date)) {
+    throw std::runtime_error("has an approval of \"" + entry.date + "\", which is no date in UTC");
+  }
+  if (entry.reason.find_first_not_of(" \t\n") == std::string::npos || entry.cases.empty()) {
+    throw std::runtime_error("has an approval without a reason or a case");
+  }
+  return entry;
+}
+
+/// Throws std::runtime_error if the cases of a baseline are not those of its approvals.
+void check_ledger(const gate::Baseline& baseline) {
+  const auto require = [](bool holds, const std::string& what) {
+    if (!holds) { throw std::runtime_error(what); }
+  };
+  require(!baseline.ledger.empty(), "has no approval");
+  std::set<std::string> approved;
+  bool commit_known = false;
+  const std::string commit = entry(baseline.provenance, "commit");
+  for (const gate::Approval& each : baseline.ledger) {
+    approved.insert(each.cases.begin(), each.cases.end());
+    commit_known = commit_known || each.commit == commit;
+  }
+  require(commit_known, "is of another commit than each of its approvals");
+  for (const gate::AcceptedCase& one : baseline.cases) {
+    require(approved.contains(one.outcome.name),
+            "has the case " + one.outcome.name + ", which no approval names");
+  }
+  for (const std::string& name : baseline.ledger.back().cases) {
+    require(baseline.find(name) != nullptr, "lacks the case " + name + ", the last approved");
+  }
+}
+
+/// Throws std::runtime_error if a case has two quantities or figures of one name, or was skipped
+/// and judged.
+void check_names(const Outcome& outcome) {
+  std::set<std::string> names;
+  for (const Quantity& each : outcome.quantities) {
+    if (names.insert(each.name).second) { continue; }
+    throw std::runtime_error("has \"" + each.name + "\" of " + outcome.name + " twice");
+  }
+  for (const Figure& each : outcome.figures) {
+    if (names.insert("figure " + each.id).second) { continue; }
+    throw std::runtime_error("has the figure " + each.id + " of " + outcome.name + " twice");
+  }
+  if (outcome.status == Status::skip && !outcome.quantities.empty()) {
+    throw std::runtime_error("has quantities of " + outcome.name + ", which was skipped");
+  }
 }
 
 Json accepted_json(const gate::AcceptedCase& accepted) {
@@ -380,6 +441,7 @@ gate::AcceptedCase accepted_from(Json json) {
   if (!json.contains("tables")) { json["tables"] = Json::array(); }
   gate::AcceptedCase accepted{.outcome = case_from_json(json),
                               .spread = spread_from(json.at("spread"))};
+  check_names(accepted.outcome);
   // A baseline does not keep quantities of time, by which a case may have been judged.
   if (std::ranges::any_of(accepted.outcome.quantities, &Quantity::judged)) {
     check_verdict(accepted.outcome);
@@ -409,6 +471,7 @@ gate::Baseline baseline_from(const Json& json) {
     baseline.cases.push_back(std::move(accepted));
   }
   if (baseline.cases.empty()) { throw std::runtime_error("holds no case"); }
+  check_ledger(baseline);
   return baseline;
 }
 
@@ -416,11 +479,12 @@ std::string group_of(const gate::AcceptedCase& accepted) { return "/" + accepted
 
 namespace fs = std::filesystem;
 
-/// Name of the curves: with 48 bits of their hash, so that it is not that of any other file.
+/// Name of the curves of a baseline, b.HASH.h5 for b.json: with 48 bits of their hash, so that it
+/// is not that of any other file. Another ending stays in the name: b.txt and b.json differ.
 fs::path curves_of_baseline(const fs::path& path, const std::string& hash) {
   constexpr std::size_t digits = 12;
-  fs::path name = path;
-  return name.replace_extension("." + hash.substr(0, digits) + ".h5");
+  const fs::path name = path.extension() == ".json" ? path.stem() : path.filename();
+  return path.parent_path() / (name.string() + "." + hash.substr(0, digits) + ".h5");
 }
 
 /// Writes the content of a file or folder to the disk, so that a later rename is not before it.
@@ -461,7 +525,10 @@ Outcome sample(double height) {
 }
 
 gate::Baseline baseline_of(double height) {
-  return gate::accept({}, {.command = "sample", .reason = "sample", .outcomes = {sample(height)}});
+  return gate::accept({}, {.command = "sample",
+                           .date = "2026-01-01T00:00:00Z",
+                           .reason = "sample",
+                           .outcomes = {sample(height)}});
 }
 
 /// File with the curves of b.json.
@@ -799,9 +866,9 @@ void write_baseline(const fs::path& given, const gate::Baseline& baseline) {
   }
   std::error_code ignored;
   sync(path.has_parent_path() ? path.parent_path() : ".");
-  if (!baseline.curves.empty() && baseline.curves != curves) {
-    fs::remove(baseline.curves, ignored);
-  }
+  // A name of another length is that of another version, and may be of another baseline too.
+  const bool own = baseline.curves.filename().string().size() == curves.filename().string().size();
+  if (own && baseline.curves != curves) { fs::remove(baseline.curves, ignored); }
 }
 
 namespace {
@@ -817,6 +884,10 @@ gate::Baseline read_baseline_once(const fs::path& path, const std::string& text)
     throw json_trouble(path.string(), text, problem, "a baseline as palpate approve wrote it");
   }
   baseline.curves = curves_of_baseline(path, hash);
+  if (!fs::exists(baseline.curves)) {  // of a version that replaced any ending
+    const fs::path before = curves_of_baseline(fs::path(path).replace_extension(".json"), hash);
+    if (fs::exists(before)) { baseline.curves = before; }
+  }
   const std::string bytes = io::read_bytes(baseline.curves, most_bytes);
   if (hash != io::sha256(bytes)) {
     throw InputError(baseline.curves.string() + ": does not belong to " + path.string() +

@@ -165,7 +165,9 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
                  plain_number(allowed, 2) + " " + before.unit, difference / allowed);
   };
   if (!before.judged() && before.uncertainty > 0.0) {
-    const double allowed = before.uncertainty + spread + floor_of(before.unit);
+    // The same scene has the same; a larger one in either file must not hide a change.
+    const double uncertainty = std::min(before.uncertainty, now.uncertainty);
+    const double allowed = uncertainty + spread + floor_of(before.unit);
     return absolute(difference <= allowed ? ChangeKind::within : ChangeKind::moved, allowed);
   }
   const double rounding = std::max(spread_margin * spread, floor_of(before.unit));

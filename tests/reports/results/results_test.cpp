@@ -3,6 +3,7 @@
 #include "reports/results/results.hpp"
 
 #include <cstdlib>
+#include <functional>
 
 #include "reports/gate_report.hpp"
 #include "reports/results/results_folder.hpp"
@@ -248,6 +249,73 @@ TEST("a baseline of the older version is refused although its seal fits") {
   io::replace_file(folder / "old.json", json_text(json));
   CHECK_THROWS(read_baseline(folder / "old.json"), "schema 1");
   CHECK_THROWS(read_baseline(folder / "old.json"), "approve the results again");
+}
+
+TEST("a baseline whose parts contradict each other is refused although its seal fits") {
+  const scratch::Folder folder;
+  write_baseline(folder / "b.json", sample_baseline());
+  const std::string text = io::read_text(folder / "b.json", 1U << 24U);
+  const auto changed = [&](const std::function<void(nlohmann::ordered_json&)>& change) {
+    auto json = nlohmann::ordered_json::parse(text);
+    change(json);
+    json.erase("seal");
+    json["seal"] = io::sha256(json_text(json));
+    io::replace_file(folder / "b.json", json_text(json));
+    return read_baseline(folder / "b.json").cases.size();
+  };
+  using Json = nlohmann::ordered_json;
+  CHECK(changed([](Json&) {}) == 1);
+  CHECK_THROWS(changed([](Json& j) { j["ledger"] = Json::array(); }), "has no approval");
+  CHECK_THROWS(changed([](Json& j) { j["ledger"][0]["cases"] = {"other"}; }),
+               "which no approval names");
+  CHECK_THROWS(changed([](Json& j) { j["ledger"][0]["cases"].push_back("no/such"); }),
+               "lacks the case no/such");
+  CHECK_THROWS(changed([](Json& j) { j["ledger"][0]["reason"] = " "; }), "without a reason");
+  for (const char* date : {"yesterday", "2026-01-01", "2026-13-01T00:00:00Z",
+                           "2026-01-01T00:00:00Z or later", "2026-1-1T00:00:00Z"}) {
+    check::row = date;
+    CHECK_THROWS(changed([&](Json& j) { j["ledger"][0]["date"] = date; }), "no date in UTC");
+  }
+  CHECK_THROWS(changed([](Json& j) { j["provenance"]["commit"] = "zzz"; }), "another commit");
+  CHECK_THROWS(changed([](Json& j) {
+                 Json& all = j["cases"][0]["quantities"];
+                 all.push_back(all[0]);
+               }),
+               "twice");
+  CHECK_THROWS(changed([](Json& j) {
+                 Json& all = j["cases"][0]["figures"];
+                 all.push_back(all[0]);
+               }),
+               "twice");
+  CHECK_THROWS(changed([](Json& j) {
+                 j["cases"][0]["status"] = "skip";
+                 j["cases"][0]["skipped"] = "because";
+               }),
+               "was skipped");
+  CHECK_THROWS(changed([](Json& j) { j["cases"][0]["spread"]["runs"] = -5; }), "-5 runs");
+}
+
+TEST(
+    "baselines with other endings have curves of their own, and those of a version before are "
+    "read") {
+  namespace fs = std::filesystem;
+  const scratch::Folder folder;
+  const gate::Baseline written = sample_baseline();
+  write_baseline(folder / "needle-0.5mm", written);
+  write_baseline(folder / "needle-0.6mm", written);
+  gate::Baseline changed = read_baseline(folder / "needle-0.5mm");
+  changed.cases[0].outcome.figures[0].series[0].y[0] += 1.0;
+  write_baseline(folder / "needle-0.5mm", changed);
+  CHECK(read_baseline(folder / "needle-0.6mm").cases.size() == 1);
+  const fs::path now = read_baseline(folder / "needle-0.6mm").curves;
+  const std::string name = now.filename().string();
+  const fs::path before = folder / ("needle-0" + name.substr(std::string("needle-0.6mm").size()));
+  fs::rename(now, before);
+  const gate::Baseline old = read_baseline(folder / "needle-0.6mm");
+  CHECK(old.curves == before);
+  write_baseline(folder / "needle-0.6mm", old);
+  CHECK(fs::exists(before));  // may be of needle-0.7mm too
+  CHECK(read_baseline(folder / "needle-0.6mm").curves == now);
 }
 
 TEST("every damage to the files of a baseline is refused") {

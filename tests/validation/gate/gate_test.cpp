@@ -346,6 +346,20 @@ TEST("the axes of a map are compared, and a changed origin of a bound is named")
   CHECK_CONTAINS(named.cases[0].changes[0].moved, "bound from \"another theory\", was");
 }
 
+TEST("a larger uncertainty in one of the files does not hide that an event moved") {
+  const auto at = [](double time, double uncertainty) {
+    Outcome outcome{.name = "run", .suite = "run", .claim = "A scene"};
+    outcome.quantities.push_back(
+        {.name = "event: puncture", .value = time, .unit = "s", .uncertainty = uncertainty});
+    conclude(outcome);
+    return outcome;
+  };
+  CHECK(compared({at(1.0, 2e-3)}, {at(1.001, 2e-3)}).holds());
+  CHECK(!compared({at(1.0, 2e-3)}, {at(6.0, 2e-3)}).holds());
+  CHECK(!compared({at(1.0, 1e9)}, {at(6.0, 2e-3)}).holds());
+  CHECK(!compared({at(1.0, 2e-3)}, {at(6.0, 1e9)}).holds());
+}
+
 TEST("a case of another suite fails: the wall clocks of suite timing are not compared") {
   Outcome other = sample("a", 1e-5);
   other.suite = "timing";
