@@ -351,7 +351,7 @@ TEST("a larger uncertainty in one of the files does not hide that an event moved
     Outcome outcome{.name = "run", .suite = "run", .claim = "A scene"};
     outcome.quantities.push_back(
         {.name = "event: puncture", .value = time, .unit = "s", .uncertainty = uncertainty});
-    conclude(outcome);
+    outcome.status = Status::pass;
     return outcome;
   };
   CHECK(compared({at(1.0, 2e-3)}, {at(1.001, 2e-3)}).holds());
