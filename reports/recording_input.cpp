@@ -320,6 +320,33 @@ std::string hash_of_file(const std::filesystem::path& file) {
   return io::content_hash(io::read_bytes(file, most_bytes));
 }
 
+namespace {
+
+/// True if two recordings have one signal at the same times, from the first sample on, to six
+/// digits: an export of the other.
+bool has_samples_of(const Recording& one, const Recording& other) {
+  const auto& a = one.signal();
+  const auto& b = other.signal();
+  if (a.size() != b.size() || one.pressure.empty() != other.pressure.empty() || a.empty()) {
+    return false;
+  }
+  constexpr double digits = 1e-6;
+  const double length = one.time.back() - one.time.front();
+  double largest = 0.0;
+  for (const double value : a) { largest = std::max(largest, std::abs(value)); }  // not NaN
+  for (std::size_t n = 0; n < a.size(); ++n) {
+    const double apart = (one.time[n] - one.time[0]) - (other.time[n] - other.time[0]);
+    const bool both_nan = std::isnan(a[n]) && std::isnan(b[n]);
+    if (!(std::abs(apart) <= digits * length) ||
+        !(both_nan || std::abs(a[n] - b[n]) <= digits * largest)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
 std::vector<RecordingFile> read_recordings(const std::vector<std::filesystem::path>& paths,
                                            const std::function<void(const RecordingFile&)>& check) {
   std::vector<RecordingFile> recordings;
@@ -337,6 +364,13 @@ std::vector<RecordingFile> read_recordings(const std::vector<std::filesystem::pa
     const auto twin = std::ranges::find(recordings, one.hash, &RecordingFile::hash);
     if (twin != recordings.end()) {
       throw InputError(file.string() + ": the same bytes as " + twin->file.string() +
+                       "; every recording once");
+    }
+    const auto same = std::ranges::find_if(recordings, [&](const RecordingFile& other) {
+      return has_samples_of(one.input.recording, other.input.recording);
+    });
+    if (same != recordings.end()) {
+      throw InputError(file.string() + ": the same samples as " + same->file.string() +
                        "; every recording once");
     }
     if (one.input.recording.name.empty()) { one.input.recording.name = file.stem().string(); }

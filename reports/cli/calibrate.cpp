@@ -112,10 +112,22 @@ void refuse_outside(const Parameter& p) {
 /// KEY=LOWER:UPPER. Throws InputError.
 std::vector<Parameter> chosen_parameters(const CalibrateOptions& options,
                                          std::vector<Parameter> all) {
+  std::set<std::pair<std::string, std::string>> given;
+  const auto check_key = [&](const std::string& option, const std::string& text) {
+    const std::string key = text.substr(0, text.find('='));
+    if (!given.emplace(option, key).second) {
+      throw InputError(option + " " + text + ": " + key + " is given twice; once");
+    }
+    const auto& fitted = options.parameters;
+    if (fitted.empty() || std::ranges::count(fitted, key) > 0) { return; }
+    throw InputError(option + " " + text + ": " + key + " is not fitted; --parameter " + key +
+                     " fits it, and --set " + key + "=VALUE gives it a value");
+  };
   for (const std::string& text : options.priors) {
     const Pair pair =
         parse_pair("--prior", text, "KEY=VALUE:SPREAD, spread being the SD of the logarithm");
     Parameter& p = find(all, pair.key, "--prior " + text);
+    check_key("--prior", text);
     p.prior = pair.first;
     p.spread = pair.second;
     p.origin = "--prior";
@@ -128,6 +140,7 @@ std::vector<Parameter> chosen_parameters(const CalibrateOptions& options,
   for (const std::string& text : options.bounds) {
     const Pair pair = parse_pair("--bounds", text, "KEY=LOWER:UPPER");
     Parameter& p = find(all, pair.key, "--bounds " + text);
+    check_key("--bounds", text);
     p.lower = pair.first;
     p.upper = pair.second;
     if (!(p.lower < p.upper)) {

@@ -826,6 +826,27 @@ void check_result(const JobResult& job) {
       throw std::runtime_error("domain." + io::printable(key) + " ends before it begins");
     }
   }
+  const auto quantity = [&job](const char* name) {
+    const auto found = job.quantities.find(name);
+    return found == job.quantities.end() ? std::nullopt : std::optional(found->second);
+  };
+  const auto final_energy = quantity("energy.final_j");
+  const auto largest_energy = quantity("energy.max_j");
+  if (final_energy && largest_energy && *final_energy > *largest_energy) {
+    throw std::runtime_error("energy.final_j = " + short_number(*final_energy) +
+                             ", more than energy.max_j, " + short_number(*largest_energy));
+  }
+  if (job.status == "ok") {
+    const auto smallest = quantity("tissue.smallest_jacobian.final");
+    const bool inverted = smallest && *smallest <= 0.0;
+    if (!job.cause.empty() || job.quantities.empty() || inverted) {
+      throw std::runtime_error("status = \"ok\", but it " +
+                               (inverted ? "has cells that turned inside out"
+                                : job.quantities.empty()
+                                    ? "has no quantities"
+                                    : "names a cause: " + io::printable(job.cause)));
+    }
+  }
   constexpr std::string_view last = ".final";
   constexpr double rounding = 1e-9;
   for (const auto& [name, value] : job.quantities) {
@@ -1019,6 +1040,25 @@ struct FindingsOptions : CommonOptions {
   fs::path file{};
 };
 
+/// Throws std::runtime_error if a result has the id of another, or the trace of another with other
+/// quantities.
+class TwinSearch {
+ public:
+  void add(const Json& result) {
+    const std::string id = result.at("id");
+    if (!ids_.insert(id).second) { throw std::runtime_error("id " + io::printable(id) + " twice"); }
+    const std::string trace = result.value("trace_sha256", "");
+    const std::string quantities = io::content_hash(result.at("quantities").dump());
+    if (!trace.empty() && traces_.emplace(trace, quantities).first->second != quantities) {
+      throw std::runtime_error("trace_sha256 of another job, which has other quantities");
+    }
+  }
+
+ private:
+  std::set<std::string> ids_{};
+  std::map<std::string, std::string> traces_{};
+};
+
 /// Throws std::runtime_error unless the jobs of each group have all rows of the design, once.
 void check_rows(const std::vector<JobResult>& results, std::size_t rows) {
   std::map<std::string, std::vector<std::size_t>> found;
@@ -1044,6 +1084,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
   std::size_t rows = 0;
   std::size_t jobs = 0;
   std::string hash_of_results;
+  TwinSearch twins;
   io::Sha256 hash;
   const char* allowed = "a file as palpate campaign merge wrote it";
   for (std::string line; std::getline(in, line); ++number) {
@@ -1067,6 +1108,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
       hash.add(line + "\n");
       results.push_back(job_from(json, rows));
       check_result(results.back());
+      twins.add(json);
       check_parameters(json.at("parameters"), of.design);
       if (results.back().status == "ok") { campaign::widen(domain, results.back().domain); }
     } catch (const std::exception& problem) { throw json_trouble(place, line, problem, allowed); }

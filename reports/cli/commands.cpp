@@ -108,6 +108,13 @@ fs::path CommonOptions::make_folder(const std::vector<std::string>& files) const
   return folder;
 }
 
+void refuse_folder_of(const fs::path& results, const fs::path& folder) {
+  std::error_code absent;
+  if (!fs::equivalent(results, folder, absent)) { return; }
+  throw InputError("--out " + folder.string() +
+                   ": holds the results, whose report.html would be replaced; another folder");
+}
+
 void refuse_to_replace(const fs::path& file, const std::function<bool(std::string_view)>& is_own,
                        std::string_view kind) {
   const fs::file_status status = fs::status(file);
@@ -309,6 +316,10 @@ int serve_device(const std::function<void()>& serve) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed reader then causes a failed write
   try {
     serve();
+  } catch (const InputError& problem) {
+    if (!interrupted) { throw; }  // main() takes errors after Ctrl-C for its consequences
+    std::fprintf(stderr, "palpate: %s\n", io::printable(problem.what()).c_str());
+    return bad_input;
   } catch (const std::system_error& problem) {
     std::fprintf(stderr, "palpate: %s; this machine must offer it\n", problem.what());
     return machine_cannot;

@@ -69,6 +69,9 @@ void refuse_input(const std::filesystem::path& file);
 /// Creates the folder of a file that a command will write. Throws InputError.
 void make_folder_of(const std::filesystem::path& file);
 
+/// Throws InputError if a folder of results is the one that a command writes its page to.
+void refuse_folder_of(const std::filesystem::path& results, const std::filesystem::path& folder);
+
 /// Throws InputError if `file` is no regular file, cannot be written, was read by this process, or
 /// exists and its beginning is not that of an own file, as with a key; `kind` is what it may be,
 /// such as "an archive".

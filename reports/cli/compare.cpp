@@ -231,6 +231,10 @@ int run_compare(const CompareOptions& options) {
   const std::filesystem::path folder = options.make_folder(
       scene ? std::vector<std::string>{"comparison.json", "report.html", "trace.h5"}
             : std::vector<std::string>{"comparison.json", "report.html"});
+  if (!options.results.empty()) { refuse_folder_of(options.results, folder); }
+  if (const auto run = options.trace.parent_path(); is_run_folder(run)) {
+    refuse_folder_of(run, folder);
+  }
   keep_results_of_interrupted();
   if (scene && !simulate(*scene, foreign != nullptr ? *foreign : scene->subject, rest,
                          options.quiet, report)) {

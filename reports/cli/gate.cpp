@@ -122,11 +122,7 @@ int run_gate(const GateOptions& options) {
   report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
   const std::filesystem::path folder =
       options.make_folder({"gate.json", "gate.xml", "report.html"});
-  if (std::filesystem::exists(options.results) &&
-      std::filesystem::equivalent(folder, options.results)) {
-    throw InputError("--out " + folder.string() +
-                     ": holds the results, whose report.html would be replaced; another folder");
-  }
+  refuse_folder_of(options.results, folder);
   const io::WholeWrite whole;
   io::replace_file(folder / "gate.json", to_json(report));
   io::replace_file(folder / "gate.xml", to_junit(report));

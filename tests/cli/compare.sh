@@ -47,3 +47,21 @@ cp "$compared/same.csv" "$out/it's & \$(the) same.csv"
 command=$(sed -n 's/^ "command": "\(.*\)",$/\1/p' "$out/quoted/comparison.json" | sed 's/\\\\/\\/g')
 eval "set -- $command"
 [ "$3" = "$out/it's & \$(the) same.csv" ] || fail "the command on the page names $3"
+
+# An export of a recording beside the recording itself is one insertion.
+"$palpate" import "$recordings/bmi-18-continuous-01.h5" --out "$out/exported" --quiet >"$out/said"
+status=0
+"$palpate" compare "$recordings/bmi-18-continuous-01.h5" "$out/exported/recording.csv" --trace "$compared/trace.csv" \
+  --out "$out/twice" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] || fail "an export beside its recording: exit status $status, expected 2"
+grep -q "recording.csv: the same samples as .*bmi-18-continuous-01.h5; every recording once" "$out/stderr" ||
+  fail "unclear: $(cat "$out/stderr")"
+
+# The page of a run is not replaced.
+mkdir "$out/ran"
+cp "$compared/trace.csv" "$out/ran/trace.csv"
+echo '{}' >"$out/ran/summary.json"
+status=0
+"$palpate" compare "$compared/same.csv" --trace "$out/ran/trace.csv" --out "$out/ran" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] || fail "--out in the folder of the run: exit status $status, expected 2"
+grep -q "holds the results, whose report.html would be replaced" "$out/stderr" || fail "unclear: $(cat "$out/stderr")"

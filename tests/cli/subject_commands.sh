@@ -123,3 +123,22 @@ printf '[[failure]]\ncase = "oscillator/order/rk4"\nquantity = "observed_order"\
 status=0
 "$palpate" validate oscillator/order/rk4 --expected "$out/twice.toml" -q --out "$out/twice" >"$out/said" 2>&1 || status=$?
 [ "$status" -eq 2 ] && grep -q 'reason is empty' "$out/said" && grep -q 'is listed twice for the case' "$out/said" || fail "$status, $(cat "$out/said")"
+
+# A simulator that answers zero for every position and velocity keeps momentum and energy, and is stable. It fails.
+cat >"$out/dead.py" <<END
+import struct, sys
+sys.argv = [sys.argv[0]]
+exec(open("$root/fixtures/subjects/python/adapter.py").read().split("while len(header")[0])
+while len(header := sys.stdin.buffer.read(16)) == 16:
+    length, call, _, number = struct.unpack("<IHHQ", header)
+    status, reply = answer(call, sys.stdin.buffer.read(length))
+    if call == 5:  # get_state
+        reply = bytes(len(reply))
+    sys.stdout.buffer.write(struct.pack("<IHHQ", len(reply), call, status, number) + reply)
+    sys.stdout.buffer.flush()
+END
+status=0
+"$palpate" validate subject/momentum subject/energy subject/stability --subject "exec:python3 $out/dead.py" \
+  --out "$out/dead" >"$out/said" 2>&1 || status=$?
+[ "$status" -eq 1 ] || { cat "$out/said"; exit 1; }
+grep -q "0 passed, 3 failed" "$out/said" || { cat "$out/said"; exit 1; }

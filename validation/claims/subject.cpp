@@ -51,6 +51,14 @@ void must_end(const Trace& trace, Outcome& outcome) {
                      "the subject diverged, or answered a number that is not finite");
 }
 
+/// Fails a subject whose first state is not that of the scene, by its relative error: one that
+/// answers zero keeps momentum and energy too.
+void must_begin_there(double error, Outcome& outcome) {
+  constexpr double rounding = 1e-4;  // of single precision
+  if (error <= rounding) { return; }
+  outcome.judge_true("begins_as_given", false, "the first state is not that of the scene");
+}
+
 /// Runs the subject to the end of the scene.
 template <class... Arguments>
 Trace run_whole(Outcome& outcome, const CaseContext& context, Arguments&&... arguments) {
@@ -482,6 +490,8 @@ void measure_momentum(const CaseContext& context, Outcome& outcome) {
     }
     return sum;
   };
+  const Eigen::VectorXd given = network.initial_velocity.reshaped();
+  must_begin_there((trace.velocity.col(0) - given).norm() / given.norm(), outcome);
   double scale = 0.0;
   for (Eigen::Index n = 0; n < network.node_count(); ++n) {
     scale += network.mass(n) * network.initial_velocity.col(n).norm();
@@ -504,6 +514,9 @@ void measure_energy(const CaseContext& context, Outcome& outcome) {
   const Trace trace =
       run_whole(outcome, context, scene, &network, SampleOptions{.every = 10, .energy = true});
   const std::vector<double>& energy = trace.values("energy_j");
+  const NetworkProblem problem = networks::problem_of(scene, network);
+  const double given = problem.energy(problem.initial_position(), problem.initial_velocity());
+  must_begin_there(std::abs(energy.front() / given - 1.0), outcome);
   Largest largest;
   for (const double one : energy) { largest.add(one / energy.front()); }
   outcome.judge_at_most("largest_energy_over_initial", largest.value(), 1.2,
@@ -693,8 +706,13 @@ void measure_stability(const CaseContext& context, Outcome& outcome) {
   outcome.judge_at_least("largest_stable_step", stable, 1e-3, "the step of a haptic loop at 1 kHz",
                          "s");
   const Trace again = roll_out(context, s26_scene(5, 1e-3, 0.02), {});
+  const NodeVectors path = path_of(again);
+  const Eigen::Vector3d begin =
+      build_network(s26_scene(5, 1e-3, 0.02)).initial_place(pulled_node(5));
+  must_begin_there((path.leftCols<1>() - begin).norm() / begin.norm(), outcome);
   outcome.judge_true("runs_again_after_divergence",
-                     !again.diverged && std::isfinite(again.values("tip.z_m").back()),
+                     !again.diverged && std::isfinite(again.values("tip.z_m").back()) &&
+                         path.leftCols<1>() != path.rightCols<1>(),
                      "divergence of one scene does not damage the next");
 }
 
