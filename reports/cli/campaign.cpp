@@ -1283,12 +1283,15 @@ std::optional<Shard> chosen_shard(const std::string& given) {
   const auto from = [](const char* index, const char* count, long first) -> std::optional<Shard> {
     const char* i = environment_value(index);
     const char* n = environment_value(count);
-    if (i == nullptr || n == nullptr) { return {}; }
+    const std::string both = std::string(index) + " and " + count;
+    if (i == nullptr && n == nullptr) { return {}; }
+    if (i == nullptr || n == nullptr) {
+      throw InputError(both + ": only one of them is set; both or none, or --shard i/N");
+    }
     char* end = nullptr;
     const long number = std::strtol(i, &end, 10) - first + 1;
-    const std::string name = std::string(index) + " and " + count;
     return campaign::parse_shard((*end != '\0' ? std::string(i) : std::to_string(number)) + "/" + n,
-                                 name);
+                                 both);
   };
   if (const auto shard = from("TEST_SHARD_INDEX", "TEST_TOTAL_SHARDS", 0)) { return shard; }
   if (const auto shard = from("GTEST_SHARD_INDEX", "GTEST_TOTAL_SHARDS", 0)) { return shard; }

@@ -82,8 +82,8 @@ int run_init(const InitOptions& options) {
                      (nearest.empty() ? "" : "did you mean " + std::string(nearest) + "? ") +
                      "needle, palpation, mri, mesh or subject");
   }
-  const fs::path folder =
-      options.out.empty() ? options.output_folder() / options.kind : options.out;
+  fs::path folder = options.out.empty() ? options.output_folder() / options.kind : options.out;
+  if (folder.string().starts_with("-")) { folder = "." / folder; }  // no option of the next command
   std::string next;
   if (kind->files.empty()) {
     next = write_subject_skeleton("c", folder);

@@ -33,3 +33,7 @@ palpate init needle --out "my needle" 2>refused || status=$?
 [ "$status" -eq 2 ] || fail "exit $status of a folder in use"
 grep -q '^palpate: my needle: exists' refused || fail "$(cat refused)"
 grep -q 'mine' "my needle/scene.toml" || fail "a scene was overwritten"
+
+# A folder whose name begins as an option does: the next command that is printed runs.
+next=$("$palpate" init needle --out=-folder --quiet)
+[ "$next" = "palpate run ./-folder/scene.toml" ] || { echo "$next"; exit 1; }

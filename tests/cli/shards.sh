@@ -20,6 +20,9 @@ validate --out "$out/whole"
 validate --shard 1/3 --out "$out/1"
 TEST_SHARD_INDEX=1 TEST_TOTAL_SHARDS=3 validate --out "$out/2"
 GTEST_SHARD_INDEX=2 GTEST_TOTAL_SHARDS=3 validate --out "$out/3"
+status=0
+TEST_SHARD_INDEX=1 validate --out "$out/half" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] && grep -q "only one of them is set" "$out/stderr" || { cat "$out/stderr"; exit 1; }
 "$palpate" merge "$out/3" "$out/1" "$out/2" "$out/1" --out "$out/merged"
 "$comparable" "$out/whole/results.json" >"$out/whole.json"
 "$comparable" "$out/merged/results.json" >"$out/merged.json"
