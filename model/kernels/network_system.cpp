@@ -3,6 +3,7 @@
 #include "model/kernels/network_system.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 #include "model/problem/spring_law.hpp"
@@ -38,6 +39,16 @@ template <class Real> Vector<Real> NetworkSystem<Real>::initial_velocity() const
   if (problem_.network().initial_velocity.cols() == 0) { return v; }
   scatter(problem_.initial_velocity(), layout_, v);
   return v;
+}
+
+template <class Real> NodeVectors NetworkSystem<Real>::places() const {
+  assert(layout_.stride == 1);  // only lists have matrices
+  NodeVectors places(3, static_cast<Eigen::Index>(problem_.free_nodes().size()));
+  for (const int node : problem_.free_nodes()) {
+    const Eigen::Index first = layout_.first[static_cast<std::size_t>(node)];
+    places.col(first / 3) = problem_.network().rest_position.col(node);
+  }
+  return places;
 }
 
 template <class Real>

@@ -21,6 +21,7 @@ template <class Real> class NetworkSystem : public System<Real> {
   void add_loads(double t, double gate, Real weight, Vector<Real>& f) noexcept final;
 
   [[nodiscard]] const NodeLayout& layout() const { return layout_; }
+  [[nodiscard]] NodeVectors places() const override;
   [[nodiscard]] virtual Vector<Real> initial_position() const = 0;
   [[nodiscard]] Vector<Real> initial_velocity() const;
   /// Returns the displacement or velocity of a node without coordinates; zero for a fixed node.

@@ -84,7 +84,14 @@ void SupernodeFactors<Real>::store(const Lower& l, const supernodes::Supernode& 
   }
 }
 
-template <class Real> void SupernodeFactors<Real>::take(const Factors& factors) {
+template <class Real>
+bool SupernodeFactors<Real>::factorise(const Eigen::SparseMatrix<Real>& matrix,
+                                       const Order& order) {
+  Eigen::SparseMatrix<Real> ordered;
+  ordered.template selfadjointView<Eigen::Lower>() =
+      matrix.template selfadjointView<Eigen::Lower>().twistedBy(order);
+  const Factors factors(ordered);
+  if (factors.info() != Eigen::Success) { return false; }
   const Lower& l = factors.matrixL().nestedExpression();
   const Eigen::Index n = l.cols();
   supernodes_.clear();
@@ -96,8 +103,7 @@ template <class Real> void SupernodeFactors<Real>::take(const Factors& factors) 
     store(l, supernodes_.back());
     highest = std::max(highest, supernodes_.back().blocks);
   }
-  order_ = factors.permutationP().indices();
-  if (order_.size() == 0) { order_.setLinSpaced(n, 0, static_cast<int>(n) - 1); }
+  order_ = order.indices();
   inverse_pivots_ = factors.vectorD().cwiseInverse().template cast<float>();
   usable_ =
       inverse_pivots_.allFinite() &&
@@ -105,6 +111,7 @@ template <class Real> void SupernodeFactors<Real>::take(const Factors& factors) 
           .allFinite();
   y_.setZero(n);
   work_.setZero(highest * kernels_.lanes);
+  return true;
 }
 
 template <class Real>

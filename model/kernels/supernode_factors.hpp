@@ -16,11 +16,14 @@ std::vector<supernodes::Kernels> supernode_kernels();
 
 template <class Real> class SupernodeFactors {
  public:
-  using Factors = Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>;
+  using Factors =
+      Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>, Eigen::Lower, Eigen::NaturalOrdering<int>>;
+  using Order = Eigen::PermutationMatrix<Eigen::Dynamic>;
   explicit SupernodeFactors(const supernodes::Kernels& kernels = supernode_kernels().front())
       : kernels_(kernels) {}
-  /// Copies a successful factorisation; allocates.
-  void take(const Factors& factors);
+  /// Factorises a symmetric matrix in an order of its rows; allocates. Returns false if it has no
+  /// factors.
+  bool factorise(const Eigen::SparseMatrix<Real>& matrix, const Order& order);
   /// Returns true if the factors are in the range of single precision.
   [[nodiscard]] bool usable() const { return usable_; }
   /// Computes out = (L D L^T)^-1 right to about 1e-7 times the condition number.

@@ -126,6 +126,9 @@ template <class Real> class System {
   virtual void pattern(Eigen::SparseMatrix<Real>& /*a*/) {  ///< allocates
     assert(!"only systems for implicit schemes have matrices");
   }
+  /// Returns the positions at rest of the nodes whose coordinates come first, three each, for the
+  /// order of elimination; no columns: the order of the coordinates.
+  [[nodiscard]] virtual NodeVectors places() const { return NodeVectors(3, 0); }
   /// Changes product = A x to the product under the active contact constraints.
   virtual void hold(const Vector<Real>& /*x*/, Vector<Real>& /*product*/) noexcept {}
   /// Computes the constraint compliance before the first step; `solve` applies P^-1. Allocates.

@@ -173,9 +173,8 @@ class EveryNode final : public PointModel {
   template <class Factor> [[nodiscard]] Eigen::SparseMatrix<double> sum_of(Factor factor) const;
 };
 
-/// Static displacements X from K X = F, one column per load. K is factorised in the order of a
-/// nested dissection of its nodes in space (A. George, SIAM J. Numer. Anal. 10, 345, 1973), which
-/// leaves fewer entries in the factors of a block than an ordering by degree.
+/// Static displacements X from K X = F, one column per load. K is factorised in the order of
+/// nested_dissection().
 class StaticSolver {
  public:
   /// Factorises K, given by its lower half. Rows 3 n to 3 n + 2 belong to the node at column n of

@@ -9,6 +9,7 @@
 #include <limits>
 #include <tuple>
 
+#include "model/kernels/dissection.hpp"
 #include "model/kernels/supernode_factors.hpp"
 #include "model/stepping/anderson_iteration.hpp"
 
@@ -293,8 +294,7 @@ template <class Real> class ImplicitScheme : public Integrator<Real> {
     // The Jacobian is symmetric at zero velocity.
     const Real th = static_cast<Real>(theta_ * h);
     system.jacobian(state.position, stage_v_, th, th * th, a_);
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>> factors(a_);
-    if (factors.info() == Eigen::Success) { factors_.take(factors); }
+    factors_.factorise(a_, nested_dissection(a_, system.places()));
     elastic_ = a_.diagonal() - system.mass();
     factor_reach_ = elastic_reach_ = th;
     system.learn_compliance([this](const Vector<Real>& right, Vector<Real>& solution) {

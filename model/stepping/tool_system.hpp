@@ -28,6 +28,7 @@ template <class Real> class LoadedNetwork : public System<Real> {
     network_.jacobian(q, v, on_damping, on_stiffness, a);
   }
   void pattern(Eigen::SparseMatrix<Real>& a) override { network_.pattern(a); }
+  [[nodiscard]] NodeVectors places() const override { return network_.places(); }
 
  protected:
   NetworkSystem<Real>& network_;

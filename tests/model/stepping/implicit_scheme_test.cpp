@@ -52,7 +52,9 @@ SupernodeFactors<Real> factors_of(
     const Eigen::SparseMatrix<Real>& matrix,
     const supernodes::Kernels& kernels = supernode_kernels().front()) {
   SupernodeFactors<Real> factors(kernels);
-  factors.take(Eigen::SimplicialLDLT<Eigen::SparseMatrix<Real>>(matrix));
+  Eigen::PermutationMatrix<Eigen::Dynamic> order(matrix.rows());
+  for (int n = 0; n < order.rows(); ++n) { order.indices()(n) = (n + 5) % int(order.rows()); }
+  CHECK(factors.factorise(matrix, order));
   return factors;
 }
 
