@@ -14,6 +14,7 @@
 #include "fixtures/io/file_bytes.hpp"
 #include "fixtures/io/scene_file.hpp"
 #include "reports/results/results_json.hpp"
+#include "validation/gate/gate.hpp"
 
 namespace palpate {
 namespace {
@@ -603,7 +604,9 @@ void check_misses(const Column& column, const std::string& name, const Json& pha
   long perhaps = 0;  // and in the bin with the deadline
   for (const auto& [bin, number] : column) {
     if (static_cast<double>(bin) >= deadline_us) { late += number; }
-    if (static_cast<double>(bin) + 1.0 > deadline_us) { perhaps += number; }
+    // The last bin has all longer times.
+    const bool is_last = bin + 1 == static_cast<long>(LatencyHistogram::bin_count);
+    if (is_last || static_cast<double>(bin) + 1.0 > deadline_us) { perhaps += number; }
   }
   require_consistent(
       late <= misses && misses <= perhaps,
@@ -719,7 +722,7 @@ void check_budget(const Json& json, const Claim& claim) {
         "share_of_deadline is not that of processor_us and deadline_us");
     require_consistent(all.budget.probes.empty() ||
                            spent <= us * all.budget.probes.back().processor * (1.0 + rounding),
-                       "its provocations are not those of its costs, slowest first");
+                       "its provocations are not in the order of processor_us, largest first");
     require_consistent(names.insert(probe.at("name")).second, "a provocation given twice");
     all.budget.probes.push_back({.name = probe.at("name"),
                                  .scene_time = number_from_json(probe.at("scene_s")),
@@ -742,7 +745,9 @@ void check_budget(const Json& json, const Claim& claim) {
   check_cycles("deadline_cycles", claim.deadline, !rate.is_null());
   if (names.empty()) { return; }
   std::set<std::string> needed{"first tick", "costliest tick"};
-  if (!json.at("interrupted").get<bool>()) { needed.insert("cold caches"); }
+  // A simulator that is not deterministic may diverge in this pass alone.
+  const bool own = json.at("subject_sha256").is_null();
+  if (own && !json.at("interrupted").get<bool>()) { needed.insert("cold caches"); }
   for (const Json& event : json.at("events")) { needed.insert(event.at("event")); }
   for (const std::string& name : needed) {
     require_consistent(names.contains(name), "it has no provocation \"" + name + "\"");
@@ -752,11 +757,9 @@ void check_budget(const Json& json, const Claim& claim) {
 /// Loads that a command line requests; "idle" if none.
 std::vector<std::string> loads_of_command(const std::string& command) {
   std::vector<std::string> loads;
-  std::istringstream words(command);
-  const std::string option = "--load";
-  for (std::string word; words >> word;) {
-    if (word.starts_with(option + "=")) { loads.push_back(word.substr(option.size() + 1)); }
-    if (word == option && words >> word) { loads.push_back(word); }
+  const std::vector<std::string> words = gate::shell_words(command);
+  for (std::size_t n = 0; n + 1 < words.size(); ++n) {
+    if (words[n] == "--load") { loads.push_back(words[n + 1]); }
   }
   return loads.empty() ? std::vector<std::string>{"idle"} : loads;
 }
@@ -772,14 +775,18 @@ void check_loads(const Json& json) {
                      "it has " + std::to_string(loads.size()) + " loads, and its command " +
                          std::to_string(requested.size()));
   for (std::size_t n = 0; n < loads.size(); ++n) {
-    require_consistent(loads[n].at("load") == requested[n], "it has other loads than its command");
+    const Json& load = loads[n].at("load");
+    require_consistent(load == requested[n],
+                       "its load " + load.dump() + " is " + requested[n] + " in its command");
   }
   if (loads.empty()) { return; }
   const auto limit = [](const Json& load) {
     return number_from_json(load.at("scene").at("miss_probability_upper_95"));
   };
-  require_consistent(std::ranges::max_element(loads, {}, limit)->at("load") == json.at("load"),
-                     "the worst load has not the largest miss probability");
+  const Json& worst = std::ranges::max_element(loads, {}, limit)->at("load");
+  require_consistent(worst == json.at("load"), "the worst load is " + json.at("load").dump() +
+                                                   ", and " + worst.dump() +
+                                                   " has the largest miss probability");
 }
 
 /// Throws std::runtime_error if a certificate's verdict does not follow from its numbers, or these

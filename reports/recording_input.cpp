@@ -322,8 +322,8 @@ std::string hash_of_file(const std::filesystem::path& file) {
 
 namespace {
 
-/// True if two recordings have one signal at the same times, from the first sample on, to six
-/// digits: an export of the other.
+/// True if two recordings have the same signal, which is not constant, at the same times after
+/// their first sample, within 1e-6: one is an export of the other.
 bool has_samples_of(const Recording& one, const Recording& other) {
   const auto& a = one.signal();
   const auto& b = other.signal();
@@ -333,7 +333,12 @@ bool has_samples_of(const Recording& one, const Recording& other) {
   constexpr double digits = 1e-6;
   const double length = one.time.back() - one.time.front();
   double largest = 0.0;
-  for (const double value : a) { largest = std::max(largest, std::abs(value)); }  // not NaN
+  bool constant = true;
+  for (const double value : a) {
+    largest = std::max(largest, std::abs(value));  // not NaN
+    constant = constant && value == a.front();
+  }
+  if (constant) { return false; }
   for (std::size_t n = 0; n < a.size(); ++n) {
     const double apart = (one.time[n] - one.time[0]) - (other.time[n] - other.time[0]);
     const bool both_nan = std::isnan(a[n]) && std::isnan(b[n]);

@@ -95,6 +95,8 @@ Outcome run_case(const Case& definition, const CaseContext& context) {
       conclude(outcome);
       outcome.notes.push_back(std::string("Ended early: ") + lacking.what());
     } else {
+      outcome.quantities.clear();  // of what it could do
+      outcome.figures.clear();
       outcome.skip(lacking.what());
     }
   } catch (const std::exception& problem) { end_with_error(problem); }

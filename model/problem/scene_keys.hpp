@@ -75,6 +75,8 @@ inline constexpr std::array neighbour_counts{6, 18, 26};
 inline constexpr Range any{};
 inline constexpr Range positive{.low = 0.0, .above_low = true};
 inline constexpr Range non_negative{.low = 0.0};
+/// Volumes of cells and their inverses are then numbers well inside the range of a double.
+inline constexpr Range spacing{.low = 1e-9, .high = 1e9};
 inline constexpr Range share{.low = 0.0, .high = 1.0};
 inline constexpr Range percent{.low = 0.0, .high = 100.0};
 inline constexpr Range neighbours{.only = neighbour_counts};
@@ -265,7 +267,7 @@ template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s)
 
 template <class Visitor, Is<Lattice> T> void fields(Visitor& v, T& l) {
   v.value("nodes", l.nodes, {"", range::at_least(2), "Nodes along x, y and z"});
-  v.value("spacing", l.spacing, {"m", range::positive, "Distance between nodes"});
+  v.value("spacing", l.spacing, {"m", range::spacing, "Distance between nodes"});
   v.value("connectivity", l.connectivity,
           {"", range::neighbours, "Number of neighbours of a node"});
   v.value("weights", l.weights,
@@ -281,7 +283,7 @@ template <class Visitor, Is<Lattice> T> void fields(Visitor& v, T& l) {
 
 template <class Visitor, Is<LayerBlock> T> void fields(Visitor& v, T& b) {
   v.value("nodes", b.nodes, {"", range::at_least(2), "Nodes along x and y"});
-  v.value("spacing", b.spacing, {"m", range::positive, "Distance between nodes"});
+  v.value("spacing", b.spacing, {"m", range::spacing, "Distance between nodes"});
   v.value("connectivity", b.connectivity,
           {"", range::neighbours, "Number of neighbours of a node"});
 }

@@ -77,10 +77,10 @@ template <class Real> class ConstraintCompliance {
     multipliers_.setZero(rows);
   }
   [[nodiscard]] bool learned() const { return dof_ > 0; }
-  /// Changes the weights of a single contact point; constraints must act along `axis` alone. The
-  /// response is computed anew only if the weights have changed by more than `most_moved` in all
-  /// since it was: the constraints hold exactly with either, and a correction leaves this share of
-  /// the change of the contact force to the next. Does not allocate.
+  /// Changes the weights of a single contact point; constraints must act along `axis` alone. Solves
+  /// for the response only if the sum of |weight change| since the last solve exceeds `most_moved`.
+  /// Constraints hold exactly with an older response; the distribution of the contact force then
+  /// lags by one correction. Does not allocate.
   void reweigh(std::span<const Support> supports, Eigen::Index axis) noexcept {
     double moved = 0.0;
     for (std::size_t i = 0; i < supports.size(); ++i) {

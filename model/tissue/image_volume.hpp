@@ -22,7 +22,8 @@ struct ImageVolume {
   /// Directions of x, y and z as columns in the patient frame: x to the left, y to the back, z to
   /// the head (LPS). Empty if the file does not specify it.
   std::optional<Eigen::Matrix3d> orientation{};
-  Eigen::Vector3d origin{0.0, 0.0, 0.0};  ///< of the first pixel in that frame [m]
+  Eigen::Vector3d origin{0.0, 0.0,
+                         0.0};  ///< centre of the first pixel in that frame [m]; 0 without it
 
   [[nodiscard]] std::size_t index(int i, int j, int l) const { return grid_index(count, i, j, l); }
   [[nodiscard]] float at(int i, int j, int l) const { return value[index(i, j, l)]; }

@@ -437,7 +437,6 @@ class Checker : private Rules {
     switch (tissue.source) {
       case Source::lattice:
         check_node_counts(tissue.lattice.nodes, "tissue.lattice.nodes");
-        check_spacing(tissue.lattice.spacing, "tissue.lattice.spacing");
         if (tissue.lattice.weights == LatticeWeights::cell) {
           known_material(tissue.lattice.material, "tissue.lattice.material");
         }
@@ -495,17 +494,8 @@ class Checker : private Rules {
     }
   }
 
-  /// Volumes of cells and their inverses are numbers well inside the range of a double.
-  void check_spacing(double spacing, const std::string& key) {
-    constexpr double least = 1e-9;
-    constexpr double most = 1e9;
-    must(!(spacing > 0.0) || (spacing >= least && spacing <= most), key,
-         number_in_words(spacing) + " m; at least 1e-9 and at most 1e9 m");
-  }
-
   void check_layers(const Tissue& tissue) {
     check_node_counts(tissue.block.nodes, "tissue.layers.nodes");
-    check_spacing(tissue.block.spacing, "tissue.layers.spacing");
     must(!tissue.layers.empty(), "layer", "no [[layer]]; source \"layers\" needs at least one");
     check_materials_of(tissue.layers);
     double depth = 0.0;

@@ -116,7 +116,7 @@ std::vector<Parameter> chosen_parameters(const CalibrateOptions& options,
   const auto check_key = [&](const std::string& option, const std::string& text) {
     const std::string key = text.substr(0, text.find('='));
     if (!given.emplace(option, key).second) {
-      throw InputError(option + " " + text + ": " + key + " is given twice; once");
+      throw InputError(option + " " + text + ": " + key + " is given twice; each key once");
     }
     const auto& fitted = options.parameters;
     if (fitted.empty() || std::ranges::count(fitted, key) > 0) { return; }

@@ -111,8 +111,9 @@ fs::path CommonOptions::make_folder(const std::vector<std::string>& files) const
 void refuse_folder_of(const fs::path& results, const fs::path& folder) {
   std::error_code absent;
   if (!fs::equivalent(results, folder, absent)) { return; }
-  throw InputError("--out " + folder.string() +
-                   ": holds the results, whose report.html would be replaced; another folder");
+  throw InputError(
+      folder.string() +
+      ": holds the results that are read, whose report.html would be replaced; another folder");
 }
 
 void refuse_to_replace(const fs::path& file, const std::function<bool(std::string_view)>& is_own,

@@ -845,7 +845,8 @@ void check_bills(const Files& files, const std::map<std::string, std::string>& b
                     .architecture = purl.substr(at + 6)});
   }
   require_consistent(files.at("bom.cyclonedx.json") == cyclonedx(list, build),
-                     "bom.cyclonedx.json is not of the build in provenance.json");
+                     "bom.cyclonedx.json is not as palpate evidence writes it for its packages and "
+                     "the build in provenance.json");
   require_consistent(files.at("bom.spdx.json") == spdx(list, build),
                      "bom.spdx.json has other packages than bom.cyclonedx.json, or another build");
 }

@@ -368,7 +368,8 @@ gate::Approval approval_from(const Json& json) {
                        .reason = json.at("reason"),
                        .cases = json.at("cases")};
   if (!is_date(entry.date)) {
-    throw std::runtime_error("has an approval of \"" + entry.date + "\", which is no date in UTC");
+    throw std::runtime_error("has an approval of \"" + entry.date +
+                             "\", which is no date as 2026-11-30T07:02:31Z");
   }
   if (entry.reason.find_first_not_of(" \t\n") == std::string::npos || entry.cases.empty()) {
     throw std::runtime_error("has an approval without a reason or a case");
@@ -389,7 +390,7 @@ void check_ledger(const gate::Baseline& baseline) {
     approved.insert(each.cases.begin(), each.cases.end());
     commit_known = commit_known || each.commit == commit;
   }
-  require(commit_known, "is of another commit than each of its approvals");
+  require(commit_known, "has the commit " + commit + ", which no approval has");
   for (const gate::AcceptedCase& one : baseline.cases) {
     require(approved.contains(one.outcome.name),
             "has the case " + one.outcome.name + ", which no approval names");
@@ -841,6 +842,7 @@ void write_baseline(const fs::path& given, const gate::Baseline& baseline) {
   if (path.extension() == ".h5") {
     throw InputError(path.string() + ": is a name of curves; a name with another ending, as .json");
   }
+  for (const gate::AcceptedCase& accepted : baseline.cases) { check_names(accepted.outcome); }
   const io::WholeWrite whole;
   const fs::path temporary = io::temporary_name(path);
   fs::path curves;

@@ -64,4 +64,4 @@ echo '{}' >"$out/ran/summary.json"
 status=0
 "$palpate" compare "$compared/same.csv" --trace "$out/ran/trace.csv" --out "$out/ran" 2>"$out/stderr" || status=$?
 [ "$status" -eq 2 ] || fail "--out in the folder of the run: exit status $status, expected 2"
-grep -q "holds the results, whose report.html would be replaced" "$out/stderr" || fail "unclear: $(cat "$out/stderr")"
+grep -q "holds the results that are read, whose report.html would be replaced" "$out/stderr" || fail "unclear: $(cat "$out/stderr")"

@@ -267,7 +267,7 @@ forged "another domain" 'files["results/4/run.json"] = json.dumps({**json.loads(
 forged "claims.json does not follow from the results in it" 'files["claims.json"] = files["claims.json"].replace(b"\"status\": \"shown\"", b"\"status\": \"in part\"", 1)'
 forged "another hash of" 'files["provenance.json"] = files["provenance.json"].replace(b"\"sha256\": \"", b"\"sha256\": \"00", 1)'
 forged "bom.spdx.json has other packages than bom.cyclonedx.json" 'b = json.loads(files["bom.cyclonedx.json"]); b["components"] = b["components"][1:]; files["bom.cyclonedx.json"] = (json.dumps(b, indent=1, ensure_ascii=False) + "\n").encode()'
-forged "bom.cyclonedx.json is not of the build" 'files["bom.cyclonedx.json"] = files["bom.cyclonedx.json"].replace(b"\"version\": \"0", b"\"version\": \"9", 1)'
+forged "bom.cyclonedx.json is not as palpate evidence writes it" 'files["bom.cyclonedx.json"] = files["bom.cyclonedx.json"].replace(b"\"version\": \"0", b"\"version\": \"9", 1)'
 forged "bom.spdx.json has other packages" 'files["bom.spdx.json"] = files["bom.spdx.json"].replace(b"\"name\": \"lib", b"\"name\": \"lob", 1)'
 forged "qualification.json does not have the faults" 'q = json.loads(files["qualification.json"]); q["faults"] = q["faults"][:1]; files["qualification.json"] = json.dumps(q).encode()'
 

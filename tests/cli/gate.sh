@@ -34,6 +34,7 @@ expect 0 "$palpate" gate "$out/again" --baseline "$baseline" --out "$out/gate"
 for file in gate.json gate.xml report.html; do [ -s "$out/gate/$file" ]; done
 grep -q "1 identical to the last bit" "$out/said"
 expect 2 "$palpate" gate "$out/again" --baseline "$baseline" --out "$out/again"
+grep -q "holds the results that are read" "$out/said"
 
 # The scene is another one: what was accepted is stale.
 sed -i 's/^title = "/title = "Another /' "$scene"

@@ -165,8 +165,10 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
                  plain_number(allowed, 2) + " " + before.unit, difference / allowed);
   };
   if (!before.judged() && before.uncertainty > 0.0) {
-    // The same scene has the same; a larger one in either file must not hide a change.
-    const double uncertainty = std::min(before.uncertainty, now.uncertainty);
+    // That of an event is two steps in both; a larger one in either file must not hide a change.
+    const bool event = before.name.starts_with(event_prefix);
+    const double uncertainty =
+        event ? std::min(before.uncertainty, now.uncertainty) : before.uncertainty;
     const double allowed = uncertainty + spread + floor_of(before.unit);
     return absolute(difference <= allowed ? ChangeKind::within : ChangeKind::moved, allowed);
   }

@@ -182,9 +182,9 @@ TEST("a lattice has a known material and at most 5e7 nodes; uniform weights need
   Scene scene = good_scene();
   refuses(scene, "tissue.lattice.nodes", "at most 5e7",
           [](Scene& s) { s.tissue.lattice.nodes.fill(9999); });
-  refuses(scene, "tissue.lattice.spacing", "at least 1e-9",
+  refuses(scene, "tissue.lattice.spacing", "from 1e-09 to 1e+09",
           [](Scene& s) { s.tissue.lattice.spacing = 1e-300; });
-  refuses(scene, "tissue.lattice.spacing", "at most 1e9",
+  refuses(scene, "tissue.lattice.spacing", "from 1e-09 to 1e+09",
           [](Scene& s) { s.tissue.lattice.spacing = 1e10; });
   refuses(scene, "tissue.lattice.material", "known are fat",
           [](Scene& s) { s.tissue.lattice.material = "bone"; });
