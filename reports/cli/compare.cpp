@@ -232,9 +232,9 @@ int run_compare(const CompareOptions& options) {
       scene ? std::vector<std::string>{"comparison.json", "report.html", "trace.h5"}
             : std::vector<std::string>{"comparison.json", "report.html"});
   if (!options.results.empty()) { refuse_folder_of(options.results, folder); }
-  if (const auto run = std::filesystem::absolute(options.trace).parent_path();
-      !options.trace.empty() && is_run_folder(run)) {
-    refuse_folder_of(run, folder);
+  if (!options.trace.empty()) {
+    const std::filesystem::path run = std::filesystem::absolute(options.trace).parent_path();
+    if (is_run_folder(run)) { refuse_folder_of(run, folder); }
   }
   keep_results_of_interrupted();
   if (scene && !simulate(*scene, foreign != nullptr ? *foreign : scene->subject, rest,

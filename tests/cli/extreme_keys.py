@@ -60,7 +60,7 @@ def trial(program, scene, key, value, out):
         faults.append(f"exit code {done.returncode}")
     if done.returncode != 0 and not said:
         faults.append("no message")
-    if any(not line.startswith("palpate: ") or not line.isprintable() or len(line) > 2000 for line in said.splitlines()):
+    if any(not line.startswith("palpate: ") or not line.replace("\u202f", " ").isprintable() or len(line) > 2000 for line in said.splitlines()):
         faults.append(f"said {said[:300]!r}")
     if done.returncode == 2 and out.exists():
         faults.append("wrote something with exit code 2")

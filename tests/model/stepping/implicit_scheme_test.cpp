@@ -406,6 +406,51 @@ TEST("the compliance of a row, and between two contact points, is that of the ma
   CHECK_NEAR(response.response_of(1), expected, 1e-12);
 }
 
+TEST("weights that move by up to 5 % keep the response, and the constraint stays exact") {
+  const Setting s = setting();
+  const auto weighed = [&](double moved) {
+    return std::vector<Response::Support>{{0, 0.25 - moved, 1.0 / s.mass(0)},
+                                          {3, 0.75, 1.0 / s.mass(3)},
+                                          {6, moved, 1.0 / s.mass(6)}};
+  };
+  int solves = 0;
+  Response response;
+  response.learn(weighed(0.0), {0, 3}, 0, -1, 1.0, 10, [&](const VectorXd& right, VectorXd& x) {
+    ++solves;
+    x = s.factors.solve(right);
+  });
+  const VectorXd r = VectorXd::LinSpaced(10, -1.0, 2.0);
+  const auto corrected = [&](double moved) {
+    response.reweigh(weighed(moved), 2);
+    response.clear();
+    response.add_row(0, 1, 0.0)[0] = Eigen::Vector3d::UnitZ();
+    response.factorise();
+    VectorXd x = s.factors.solve(r);
+    response.correct(r, x);
+    return x;
+  };
+  const auto row = [&](double moved) {
+    VectorXd w = VectorXd::Zero(10);
+    for (const Response::Support& one : weighed(moved)) { w(one.coordinate + 2) = one.weight; }
+    return w;
+  };
+  const auto exact = [&](double moved) {
+    const VectorXd w = row(moved);
+    const VectorXd answer = s.factors.solve(w);
+    const VectorXd free = s.factors.solve(r);
+    return VectorXd(free + answer * (w.dot(r.cwiseQuotient(s.mass)) - w.dot(free)) / w.dot(answer));
+  };
+  solves = 0;
+  CHECK_NEAR(corrected(0.0), exact(0.0), 1e-12);
+  CHECK(solves == 1);
+  const VectorXd kept = corrected(0.02);  // 4 % in all
+  CHECK(solves == 1);
+  CHECK_NEAR(row(0.02).dot(kept), row(0.02).dot(r.cwiseQuotient(s.mass)), 1e-12);
+  CHECK((kept - exact(0.02)).norm() > 1e-6);
+  CHECK_NEAR(corrected(0.03), exact(0.03), 1e-12);  // 6 %
+  CHECK(solves == 2);
+}
+
 TEST("without constraints the solution does not change") {
   const Setting s = setting();
   Response response = s.of({{0, 1.0, 1.0}});
