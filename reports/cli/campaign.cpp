@@ -28,6 +28,7 @@
 #include "reports/results/results_json.hpp"
 #include "reports/timing/child_process.hpp"
 #include "validation/campaign/findings.hpp"
+#include "validation/gate/gate.hpp"
 #include "validation/number_text.hpp"
 
 namespace palpate::campaign {
