@@ -54,16 +54,10 @@ std::string to_json(const CertificateReport& report);
 std::string to_csv(const CertificateReport& report);  ///< histograms of tick times
 std::string to_html(const CertificateReport& report);
 
-/// Verdict and reason of a certificate whose seal fits, and what it says of its scene.
+/// Verdict and reason of a certificate whose seal fits.
 struct SealedVerdict {
   std::string verdict{};
   std::string reason{};
-  std::string title{};
-  long nodes = 0;
-  long springs = 0;
-  std::string resolved_scene{};
-  bool more_files = false;  ///< the scene reads files that the certificate does not hold
-  std::string code_hash{};
 };
 
 /// Returns what a certificate.json says, given the contents of it and of its histogram.csv. Throws

@@ -24,6 +24,7 @@
 #include "reports/cli/loaded_scene.hpp"
 #include "reports/evidence.hpp"
 #include "reports/html/html_page.hpp"
+#include "reports/results/results_json.hpp"
 #include "reports/timing/child_process.hpp"
 #include "validation/certificate/certificate.hpp"
 #include "validation/certificate/scene_loop.hpp"
@@ -388,25 +389,26 @@ void tell(const CertificateReport& report, const Outcome& outcome,
   std::printf("%s\n", io::printable((folder / "report.html").string()).c_str());
 }
 
-/// Compares the title and size of a certificate with the scene that it holds. Returns why they
-/// could not be compared; empty if they could. Throws InputError if they differ.
-std::string compare_scene(const SealedVerdict& sealed, const std::string& file) {
-  if (sealed.code_hash != build::code_hash()) { return "written by another version"; }
-  if (sealed.more_files) { return "the scene reads more files"; }
+/// Compares title, nodes and springs of a certificate.json, whose seal fits, with the scene in it.
+/// Returns why they could not be compared; empty if they could. Throws InputError if they differ.
+std::string compare_scene(const std::string& certificate, const std::string& file) {
+  const nlohmann::ordered_json json = parse_json(certificate);
+  if (json.at("code_hash") != build::code_hash()) { return "written by another version"; }
+  if (json.at("inputs").size() > 1) { return "the scene reads more files"; }
   const io::ScratchFolder scratch;
-  io::replace_file(scratch / "scene.toml", sealed.resolved_scene);
+  io::replace_file(scratch / "scene.toml", json.at("resolved_scene").get<std::string>());
   std::vector<std::string> differences;
-  const auto compare = [&](const std::string& what, long has, long stated) {
-    if (has == stated) { return; }
-    differences.push_back(std::to_string(has) + " " + what + ", not " + std::to_string(stated));
+  const auto compare = [&](const char* key, long has) {
+    if (json.at(key) == has) { return; }
+    differences.push_back(std::to_string(has) + " " + key + ", not " + json.at(key).dump());
   };
   try {
     const Scene scene = io::read_scene(scratch / "scene.toml").scene;
-    if (scene.title != sealed.title) { differences.emplace_back("another title"); }
+    if (json.at("title") != scene.title) { differences.emplace_back("another title"); }
     const bool network = scene.tissue.source != Source::oscillator;
     const SpringNetwork tissue = network ? build_network(scene) : SpringNetwork{};
-    compare("nodes", tissue.node_count(), sealed.nodes);
-    compare("springs", static_cast<long>(tissue.springs.size()), sealed.springs);
+    compare("nodes", tissue.node_count());
+    compare("springs", static_cast<long>(tissue.springs.size()));
   } catch (const InputError& problem) {
     const std::string text = problem.what();  // begins with the file in the scratch folder
     differences.push_back("this mistake: " +
@@ -436,7 +438,7 @@ int verify(const CertifyOptions& options) {
     signature =
         checked.signature_checked ? "signature of this key; " : "signature not checked (--key); ";
   }
-  const std::string unchecked = compare_scene(sealed, file.string());
+  const std::string unchecked = compare_scene(files.at("certificate.json"), file.string());
   std::printf("unchanged since it was written; %s%s%s: %s\n", signature.c_str(),
               unchecked.empty()
                   ? ""

@@ -108,6 +108,27 @@ check "$out/ordinary" 3
 "$read_json" "$out/ordinary/certificate.json" reason | grep -q 'no SCHED_FIFO.*no locked memory' || fail "no reason"
 "$read_json" "$out/ordinary/certificate.json" compute_budget/worst_us | grep -q '^[0-9]' || fail "no compute budget"
 
+# Another title or number of nodes than the scene in it has, with the seal computed again.
+forged() {  # expression of sed, message
+  rm -rf "$out/forged"
+  cp -r "$out/ordinary" "$out/forged"
+  sed -i -E "$1" "$out/forged/certificate.json"
+  cmp -s "$out/ordinary/certificate.json" "$out/forged/certificate.json" && fail "$1 changes nothing"
+  sed -i -E 's/"seal": "[0-9a-f]{64}"/"seal": "'"$(printf '0%.0s' $(seq 64))"'"/' "$out/forged/certificate.json"
+  seal=$(sha256sum "$out/forged/certificate.json" | cut -d' ' -f1)
+  sed -i -E 's/"seal": "0{64}"/"seal": "'"$seal"'"/' "$out/forged/certificate.json"
+  status=0
+  "$palpate" certify --verify "$out/forged/certificate.json" 2>"$out/said" || status=$?
+  [ "$status" -eq 2 ] || fail "exit status $status of a forged certificate ($1), expected 2"
+  grep -q "the scene that it holds has $2" "$out/said" || fail "unclear: $(cat "$out/said")"
+}
+status=0
+"$palpate" certify --verify "$out/ordinary/certificate.json" >"$out/said" || status=$?
+[ "$status" -eq 3 ] && ! grep -q "not checked" "$out/said" || fail "an honest certificate: $status, $(cat "$out/said")"
+forged 's/^  "nodes": [0-9]+/  "nodes": 1000000/' '[0-9]* nodes, not 1000000'
+forged 's/^  "springs": [0-9]+/  "springs": 7/' '[0-9]* springs, not 7'
+forged 's/^  "title": "/  "title": "Another /' 'another title'
+
 # A scene that diverges is not certified anywhere.
 status=0
 "$palpate" certify "$scenes/cube.toml" --duration 1 --quiet --set 'simulation.integrator="euler-cromer"' --set simulation.step=0.05 \

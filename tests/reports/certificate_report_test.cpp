@@ -169,16 +169,22 @@ TEST("a certificate of a loop that was interrupted before it began is read") {
             .verdict == "environment not qualified");
 }
 
+/// Checks that a certificate is refused after a change, sealed again with a histogram.
+void refuses(const std::string& text, const std::function<void(Json&)>& change, const char* message,
+             const std::string& histogram) {
+  Json json = Json::parse(text);
+  change(json);
+  json["histogram_sha256"] = io::sha256(histogram);
+  check::row = message;
+  CHECK_THROWS_AS(InputError, verified_certificate(sealed_text(json, 2), histogram, "c.json"),
+                  message);
+}
+
 TEST("a certificate that contradicts itself is refused although its seal fits") {
   const std::string text = to_json(sample(0));
   const auto refused = [&](const std::function<void(Json&)>& change, const char* message,
                            const std::string& histogram = to_csv(sample(0))) {
-    Json json = Json::parse(text);
-    change(json);
-    json["histogram_sha256"] = io::sha256(histogram);
-    check::row = message;
-    CHECK_THROWS_AS(InputError, verified_certificate(sealed_text(json, 2), histogram, "c.json"),
-                    message);
+    refuses(text, change, message, histogram);
   };
   const auto of_scene = [](Json& json, const char* key, const Json& value) {
     json[key] = value;
@@ -347,14 +353,7 @@ TEST("each load of a certificate is compared with its columns of the histogram")
   const std::string text = to_json(report);
   CHECK(verified_certificate(text, histogram, "c.json").verdict == "certified");
   const auto refused = [&](const std::function<void(Json&)>& change, const char* message,
-                           const std::string& changed) {
-    Json json = Json::parse(text);
-    change(json);
-    json["histogram_sha256"] = io::sha256(changed);
-    check::row = message;
-    CHECK_THROWS_AS(InputError, verified_certificate(sealed_text(json, 2), changed, "c.json"),
-                    message);
-  };
+                           const std::string& other) { refuses(text, change, message, other); };
   refused(
       [](Json& json) {
         for (const char* key : {"p50", "p90", "p99", "p99.9", "max"}) {

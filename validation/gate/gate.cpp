@@ -165,7 +165,8 @@ Change compare_quantity(const Quantity& before, const Quantity& now, double spre
                  plain_number(allowed, 2) + " " + before.unit, difference / allowed);
   };
   if (!before.judged() && before.uncertainty > 0.0) {
-    // That of an event is two steps in both; a larger one in either file must not hide a change.
+    // Both files state two steps for an event. The smaller number counts, so that a forged one
+    // hides nothing.
     const bool event = before.name.starts_with(event_prefix);
     const double uncertainty =
         event ? std::min(before.uncertainty, now.uncertainty) : before.uncertainty;
