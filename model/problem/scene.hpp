@@ -174,9 +174,11 @@ struct SimulationSettings {
   Precision precision = Precision::double_precision;  ///< of the integrator
   int threads = 1;                                    ///< upper limit for a regular lattice
   double sleep_force = 0.0;  ///< limit of all force withheld on sleeping nodes [N]; 0: none sleeps
-  double near_radius = 0.0;  ///< tissue integrated in full around tool and loads [m]; 0: all
-  int far_modes = 100;       ///< number of modes that represent the far tissue
-  PrintedForm printed{};     ///< all false: the corrected physics
+  /// Tissue integrated in full around tool and loads [m]; 0: all; empty: chosen by force_error.
+  std::optional<double> near_radius = 0.0;
+  int far_modes = 100;        ///< number of modes that represent the far tissue, or the most
+  double force_error = 0.02;  ///< wanted of the tool's force, over its peak [1]
+  PrintedForm printed{};      ///< all false: the corrected physics
 };
 
 /// Mechanical role of a tissue for a needle (model/EQUATIONS.md, "Needle tip"). Bone is rigid: its

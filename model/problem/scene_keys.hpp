@@ -148,10 +148,10 @@ constexpr auto words(FalconDrive::Between e) { return in_order(e, "hold", "extra
 // Keys whose value in a file is not simply the value of one member. Each refers to the member that
 // the key sets; numbers() returns those that the key's range is about.
 
-/// Key with the value "auto" or an integer.
-template <class T> struct AutoOrCount {
-  T& count;
-  [[nodiscard]] std::optional<int> numbers() const { return count; }
+/// Key with the value "auto", which empties the member, or a number.
+template <class T> struct AutoOr {
+  T& number;
+  [[nodiscard]] std::remove_const_t<T> numbers() const { return number; }
 };
 /// Key with one of two words, each of which sets the member to a value; the first is the default.
 template <class T> struct Preset {
@@ -234,8 +234,7 @@ template <class Visitor, Is<PrintedForm> T> void fields(Visitor& v, T& p) {
 template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s) {
   v.value("duration", s.duration, {"s", range::positive, "Simulated time"});
   v.value("step", s.step, {"s", range::positive, "Length of one tick"});
-  v.value("substeps", AutoOrCount{s.substeps},
-          {"", range::at_least(1), "Integrator steps per tick"});
+  v.value("substeps", AutoOr{s.substeps}, {"", range::at_least(1), "Integrator steps per tick"});
   v.value("integrator", s.integrator, {.doc = "`palpate run --help` lists the names"});
   v.value("solver_tolerance", s.solver_tolerance,
           {"1", range::from_to_below(0, 1),
@@ -254,12 +253,17 @@ template <class Visitor, Is<SimulationSettings> T> void fields(Visitor& v, T& s)
   v.value("sleep_force", s.sleep_force,
           {"N", range::non_negative,
            "Largest sum of the residual forces of all sleeping nodes; 0: no node sleeps"});
-  v.value("near_radius", s.near_radius,
+  v.value("near_radius", AutoOr{s.near_radius},
           {"m", range::non_negative,
            "Distance from a tool or a load beyond which the tissue becomes a linear reduced-order "
-           "model; 0: no reduction"});
+           "model; 0: no reduction; \"auto\": the smallest that `force_error` allows"});
   v.value("far_modes", s.far_modes,
-          {"", range::from_to(1, 1000), "Modes of the reduced-order model"});
+          {"", range::from_to(1, 1000),
+           "Modes of the reduced-order model; with `near_radius = \"auto\"` the most"});
+  v.value("force_error", s.force_error,
+          {"1", range::from_to_below(0, 1),
+           "Error wanted of the force, over its peak: `near_radius = \"auto\"` may cause half of "
+           "it, and a run warns of a reduced-order model with more"});
   v.value("equations", preset(s.printed, {{{"physical", {}}, {"as-printed", PrintedForm::all()}}}),
           {.doc = "Corrected physics, or the equations of the paper as printed (all errata)"});
   v.table("printed", s.printed);

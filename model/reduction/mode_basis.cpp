@@ -200,7 +200,7 @@ const char* obstacle_to_far_field(const Scene& scene, const NetworkProblem& prob
 
 }  // namespace
 
-NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) {
+NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem, double radius) {
   if (const char* obstacle = obstacle_to_far_field(scene, problem)) {
     return {.obstacle = obstacle};
   }
@@ -208,7 +208,7 @@ NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem) 
   if (load_cases.empty()) {
     return {.obstacle = "neither tool nor load pushes a free node that the rest would be far from"};
   }
-  NearNodes nodes = nodes_about(load_cases, problem.network(), scene.simulation.near_radius);
+  NearNodes nodes = nodes_about(load_cases, problem.network(), radius);
   const auto is_far = [&](int node) { return !nodes.holds(node); };
   const auto far = std::ranges::count_if(problem.free_nodes(), is_far);
   if (far == 0) { return {.obstacle = "no free node lies further away"}; }

@@ -209,11 +209,12 @@ struct NearChoice {
   const char* obstacle = "";  ///< reason why no reduced-order model is possible
 };
 
-/// Returns all nodes within simulation.near_radius of the nodes that the scene loads.
-NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem);
+/// Returns all nodes within `radius` [m] of the nodes that the scene loads.
+NearChoice choose_near_nodes(const Scene& scene, const NetworkProblem& problem, double radius);
 
 /// Settings of the reduced-order model (model/EQUATIONS.md, "Far field").
 struct ReductionSetting {
+  double radius = 0.0;  ///< of the near nodes around the loaded ones [m]
   NearNodes near{};
   std::vector<LoadCase> load_cases{};
   int modes = 0;  ///< upper limit

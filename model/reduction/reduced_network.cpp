@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <span>
@@ -451,6 +453,10 @@ template std::unique_ptr<NetworkSystem<float>> make_reduced_network(const Networ
 
 namespace {
 
+/// Limit on load cases times nodes: the error of larger tissue is judged at some of its load cases,
+/// evenly spaced.
+constexpr std::size_t most_judged_nodes = 5'000'000;
+
 /// Adds K x of a cell about rest.
 void add_linear(const SpringNetwork& network, const VolumeCell& cell, const NodeVectors& x,
                 NodeVectors& f) {
@@ -479,10 +485,6 @@ NodeVectors stiffness_times(const SpringNetwork& network, const NodeVectors& x) 
   }
   return f;
 }
-
-/// Limit on load cases times nodes: the error of larger tissue is judged at some of its load cases,
-/// evenly spaced.
-constexpr std::size_t most_judged_nodes = 5'000'000;
 
 /// Returns r . K^-1 r from below, by conjugate gradients until ten iterations add less than 1 %.
 double energy_left(const SpringNetwork& network, NodeVectors r) {
@@ -586,18 +588,20 @@ NodeVectors ReductionError::excess(const NodeVectors& position) const {
   return excess;
 }
 
+double ReductionError::place_of(const Response& response, const NodeVectors& position) const {
+  double sum = 0.0;
+  double weight = 0.0;
+  for (const NeedlePath::Support& support : response.load.on) {
+    sum += support.weight * direction_.dot(position.col(support.node));
+    weight += support.weight;
+  }
+  return sum / weight;
+}
+
 std::vector<const ReductionError::Response*> ReductionError::around(
     std::optional<double> tip, const NodeVectors& position) const {
   std::vector<double> place;
-  for (const Response& response : responses_) {
-    double sum = 0.0;
-    double weight = 0.0;
-    for (const NeedlePath::Support& support : response.load.on) {
-      sum += support.weight * direction_.dot(position.col(support.node));
-      weight += support.weight;
-    }
-    place.push_back(sum / weight);
-  }
+  for (const Response& response : responses_) { place.push_back(place_of(response, position)); }
   double before = -std::numeric_limits<double>::infinity();
   double after = std::numeric_limits<double>::infinity();
   for (const double each : place) {
@@ -611,21 +615,18 @@ std::vector<const ReductionError::Response*> ReductionError::around(
   return counts;
 }
 
-double ReductionError::nonlinear(const NodeVectors& position, std::optional<double> tip,
-                                 double contact) const {
-  const NodeVectors pull = excess(position);
+double ReductionError::nonlinear(const Moment& moment) const {
+  const NodeVectors pull = excess(*moment.position);
   double largest = 0.0;
-  for (const Response* response : around(tip, position)) {
+  for (const Response* response : around(moment.tip, *moment.position)) {
     largest = std::max(largest, std::abs(pull.cwiseProduct(response->moved).sum()) /
-                                    (response->compliance + contact));
+                                    (response->compliance + moment.contact));
   }
   return largest;
 }
 
-double ReductionError::nonlinear_there(const NodeVectors& position, std::optional<double> tip,
-                                       double contact) const {
-  const double about_rest = nonlinear(position, tip, contact);
-  if (problem_.free_nodes().size() > most_factorised_nodes) { return about_rest; }
+double ReductionError::nonlinear_there(const Moment& moment) const {
+  if (problem_.free_nodes().size() > most_factorised_nodes) { return nonlinear(moment); }
   const VectorXd still = VectorXd::Zero(problem_.dof());
   const auto coordinates_of = [&](const NodeVectors& nodes) {
     VectorXd all = still;
@@ -636,20 +637,48 @@ double ReductionError::nonlinear_there(const NodeVectors& position, std::optiona
   };
   Eigen::SparseMatrix<double> stiffness;
   Eigen::SparseMatrix<double> damping;
-  problem_.jacobian(coordinates_of(position), still, stiffness, damping);
+  problem_.jacobian(coordinates_of(*moment.position), still, stiffness, damping);
   const StaticSolver statics(stiffness, EveryNode(problem_).places());
-  if (!statics.held()) { return about_rest; }
-  const VectorXd pull = coordinates_of(excess(position));
+  if (!statics.held()) { return nonlinear(moment); }
+  const VectorXd pull = coordinates_of(excess(*moment.position));
   double largest = 0.0;
-  for (const Response* response : around(tip, position)) {
+  for (const Response* response : around(moment.tip, *moment.position)) {
     VectorXd force = still;
     for (const NeedlePath::Support& s : response->load.on) {
       force.segment<3>(problem_.coordinate(s.node)) += s.weight * response->load.direction;
     }
     const VectorXd moved = statics.respond(force);
-    largest = std::max(largest, std::abs(pull.dot(moved)) / (force.dot(moved) + contact));
+    largest = std::max(largest, std::abs(pull.dot(moved)) / (force.dot(moved) + moment.contact));
   }
   return largest;
+}
+
+double ReductionError::largest_nonlinear(const std::vector<Moment>& moments, double small) const {
+  std::vector<std::pair<double, const Moment*>> about_rest;
+  for (const Moment& moment : moments) { about_rest.emplace_back(nonlinear(moment), &moment); }
+  std::ranges::sort(about_rest, std::greater{}, &std::pair<double, const Moment*>::first);
+  double largest = 0.0;
+  for (const auto& [force, moment] : about_rest) {
+    if (force <= largest) { break; }
+    largest = std::max(largest, force > small ? nonlinear_there(*moment) : force);
+  }
+  return largest;
+}
+
+double ReductionError::expected(const std::function<Push(double, double)>& push,
+                                double small) const {
+  std::deque<NodeVectors> positions;
+  std::vector<Moment> moments;
+  double peak = 0.0;
+  for (const Response& response : responses_) {
+    const Push here = push(place_of(response, network_.rest_position), response.compliance);
+    positions.emplace_back(network_.rest_position + here.force * response.moved);
+    moments.push_back({.position = &positions.back(),
+                       .tip = place_of(response, positions.back()),
+                       .contact = here.contact});
+    peak = std::max(peak, here.force);
+  }
+  return peak > 0.0 ? largest_nonlinear(moments, small * peak) / peak : 0.0;
 }
 
 }  // namespace palpate

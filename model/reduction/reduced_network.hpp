@@ -3,6 +3,7 @@
 /// Reduced-order model of the tissue far from a tool, linear about the rest state
 /// (model/EQUATIONS.md, "Far field").
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -31,18 +32,33 @@ class ReductionError {
   /// Largest share of the linear compliance that the modes lack [1]. Conjugate gradients bound it
   /// from below.
   [[nodiscard]] double linear() const { return linear_; }
+  /// Tissue under a tool.
+  struct Moment {
+    const NodeVectors* position = nullptr;  ///< of all nodes [m]
+    std::optional<double> tip{};            ///< place of a needle's tip along `direction` [m]
+    double contact = 0.0;                   ///< compliance between tool and contact points [m/N]
+  };
   /// Largest force [N] of the linear springs and cells in excess of the exact ones, felt where a
-  /// load case is held at its displacement; `position` has all nodes [m]. First order about rest.
-  /// With `tip`, the place of a needle's tip along `direction` [m], only the contact points around
-  /// it count. `contact` is the compliance between tool and contact points [m/N].
-  [[nodiscard]] double nonlinear(const NodeVectors& position,
-                                 std::optional<double> tip = std::nullopt,
-                                 double contact = 0.0) const;
-  /// The same to first order about `position`: it factorises the stiffness there. Returns
+  /// load case is held at its displacement. With a tip only the contact points around it count.
+  /// First order about rest.
+  [[nodiscard]] double nonlinear(const Moment& moment) const;
+  /// The same to first order about the position: it factorises the stiffness there. Returns
   /// nonlinear() if the tissue has more than 5000 free nodes or is not stable there.
-  [[nodiscard]] double nonlinear_there(const NodeVectors& position,
-                                       std::optional<double> tip = std::nullopt,
-                                       double contact = 0.0) const;
+  [[nodiscard]] double nonlinear_there(const Moment& moment) const;
+  /// Returns the largest force of several moments [N], to first order about their own positions
+  /// where that about rest is above `small` [N].
+  [[nodiscard]] double largest_nonlinear(const std::vector<Moment>& moments, double small) const;
+  /// Force of a tool [N], and the compliance between it and the contact points [m/N].
+  struct Push {
+    double force = 0.0;
+    double contact = 0.0;
+  };
+  /// Returns the share of the largest force that linear springs and cells are expected to change
+  /// [1], before a run: each load case displaces the tissue as if it were linear. `push` has the
+  /// force at the place of a load case along `direction` [m], which has a compliance [m/N]. `small`
+  /// is a share below which first order about rest is enough.
+  [[nodiscard]] double expected(const std::function<Push(double, double)>& push,
+                                double small) const;
 
  private:
   struct Response {
@@ -50,6 +66,8 @@ class ReductionError {
     NodeVectors moved{};  ///< of all nodes under a unit force [m/N]
     double compliance = 0.0;
   };
+  /// Returns the place of a load case along the direction [m].
+  [[nodiscard]] double place_of(const Response& response, const NodeVectors& position) const;
   /// Returns the responses of the contact points around a tip; all without one.
   [[nodiscard]] std::vector<const Response*> around(std::optional<double> tip,
                                                     const NodeVectors& position) const;

@@ -11,6 +11,7 @@
 #include <set>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "model/kernels/lattice_network.hpp"
 #include "model/kernels/lattice_rows.hpp"
@@ -48,29 +49,154 @@ double substeps_for(double step, double limit) {
                      : std::numeric_limits<double>::infinity();
 }
 
+std::string far_field_text(const ReductionSetting& setting, long far_nodes) {
+  return "nodes further than " + number(setting.radius) +
+         " m from what is pushed: " + std::to_string(far_nodes) + ", linear about rest in " +
+         std::to_string(setting.modes) + " modes";
+}
+
+/// Share of simulation.force_error that a chosen reduced-order model may cause. The rest is left to
+/// spacing, step and solver.
+constexpr double share_of_reduction = 0.5;
+/// Number of free nodes up to which a reduced-order model is chosen: several are tried at load, and
+/// the expected error of each takes seconds in larger tissue.
+constexpr std::size_t most_nodes_chosen_for = 10'000;
+
+/// Returns the force with which the tool is expected to press where its tip is at a depth [m] and
+/// the tissue has a compliance [m/N].
+ReductionError::Push expected_push(const Scene& scene, const NeedlePath& path,
+                                   const TipCompliance& tip, double depth, double compliance) {
+  const Drive drive = scene.drive.value_or(Drive{});
+  const std::vector<PathInterval>& intervals = path.intervals();
+  const std::size_t here = path.interval_at(std::max(depth, 0.0));
+  const DentLaw law = tip.law(depth, intervals[here].indentation_toe, here == 0);
+  ReductionError::Push push{.force = drive.force,
+                            .contact = law.is_linear() ? law.compliance : 0.0};
+  if (scene.needle) {
+    std::vector<double> limits(path.knots().size());
+    push.force = path.friction(depth, limits);
+    double cutting = 0.0;
+    for (std::size_t n = 0; n <= here; ++n) {
+      push.force += path.friction(n, depth, limits);
+      const double force = std::max(intervals[n].puncture_force, intervals[n].cutting_force);
+      if (std::isfinite(force)) { cutting = force; }  // bone stops the needle
+    }
+    push.force += cutting;
+  }
+  if (drive.kind == Drive::Kind::trajectory) {
+    const double reach = drive.depth.value_or(drive.from + drive.speed * scene.simulation.duration);
+    const double most = reach / (compliance + push.contact);
+    push.force = scene.needle ? std::min(push.force, most) : most;
+  }
+  return push;
+}
+
+/// Returns the expected shares of the force that the modes and the linear springs of a
+/// reduced-order model lose.
+std::pair<double, double> expected_error(const Scene& scene, const NetworkProblem& problem,
+                                         const StepPlan& plan, const ReductionSetting& setting) {
+  const double small = 0.5 * share_of_reduction * scene.simulation.force_error;
+  if (!scene.needle && !scene.probe) {
+    double largest = 0.0;
+    for (const Load& load : problem.loads()) { largest = std::max(largest, load.force.norm()); }
+    const ReductionError error(problem, setting, Eigen::Vector3d::Zero());
+    return {error.linear(),
+            error.expected([&](double, double) { return ReductionError::Push{.force = largest}; },
+                           small)};
+  }
+  const NeedlePath path(scene, problem.network());
+  const ReductionError error(problem, setting, path.direction());
+  const double skin = path.direction().dot(path.origin());
+  const auto push = [&](double place, double compliance) {
+    return expected_push(scene, path, plan.tip, place - skin, compliance);
+  };
+  return {error.linear(), error.expected(push, small)};
+}
+
+/// Returns the mean length of the springs [m].
+double mean_length(const SpringNetwork& network) {
+  double sum = 0.0;
+  for (const Spring& spring : network.springs) {
+    sum += (network.rest_position.col(spring.b) - network.rest_position.col(spring.a)).norm();
+  }
+  return network.springs.empty() ? 0.0 : sum / static_cast<double>(network.springs.size());
+}
+
+std::string percent(double share) { return number(100.0 * share) + " %"; }
+
+/// Chooses the smallest reduced-order model whose expected error is allowed.
+void choose_far(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
+  const double allowed = share_of_reduction * scene.simulation.force_error;
+  const double length = mean_length(problem.network());
+  const std::string whole = "every node is integrated: ";
+  if (problem.free_nodes().size() > most_nodes_chosen_for) {
+    plan.far_reason = whole + "tissue of more than " + std::to_string(most_nodes_chosen_for) +
+                      " free nodes needs simulation.near_radius in metres";
+    plan.warnings.push_back(plan.far_reason);
+    return;
+  }
+  const std::vector<LoadCase> load_cases = load_cases_of(scene, problem);
+  std::ptrdiff_t near_before = -1;
+  std::string least;
+  // The first are the loaded nodes alone; the others grow by about a cell.
+  for (const double lengths : {0.1, 0.75, 1.5, 2.25, 3.0}) {
+    const double radius = lengths * length;
+    NearChoice choice = choose_near_nodes(scene, problem, radius);
+    if (!choice.nodes) {
+      plan.far_reason = whole + choice.obstacle;
+      return;
+    }
+    const auto near = std::ssize(problem.free_nodes()) - choice.far_nodes;
+    if (near == std::exchange(near_before, near)) { continue; }
+    ReductionSetting setting{
+        .radius = radius, .near = *std::move(choice.nodes), .load_cases = load_cases};
+    for (const int modes : {24, 48, 96}) {
+      setting.modes = std::min(modes, scene.simulation.far_modes);
+      const auto [linear, nonlinear] = expected_error(scene, problem, plan, setting);
+      least = percent(linear) + " by too few modes and " + percent(nonlinear) +
+              " by linear springs, of " + percent(allowed);
+      if (linear + nonlinear <= allowed) {
+        plan.far_reason = "near_radius " + number(radius) + " m, far_modes " +
+                          std::to_string(setting.modes) + ": expected to change the force by " +
+                          least + " allowed";
+        plan.skipped.push_back(far_field_text(setting, choice.far_nodes));
+        plan.far = std::make_shared<const ReductionSetting>(std::move(setting));
+        return;
+      }
+      if (nonlinear > allowed || setting.modes < modes) { break; }  // more modes do not help
+    }
+  }
+  plan.far_reason = whole +
+                    "the largest reduced-order model tried is expected to change the force by " +
+                    least + " allowed";
+}
+
 void choose_near(const Scene& scene, const NetworkProblem& problem, StepPlan& plan) {
-  const double radius = scene.simulation.near_radius;
-  if (!(radius > 0.0) || !plan.skip) { return; }
-  NearChoice choice = choose_near_nodes(scene, problem);
+  const std::optional<double> radius = scene.simulation.near_radius;
+  if (radius == 0.0 || !plan.skip) { return; }
+  if (!radius) {
+    choose_far(scene, problem, plan);
+    return;
+  }
+  NearChoice choice = choose_near_nodes(scene, problem, *radius);
   if (!choice.nodes) {
     plan.warnings.push_back(no_far_field + choice.obstacle);
     return;
   }
-  plan.far = std::make_shared<const ReductionSetting>(
-      ReductionSetting{.near = *std::move(choice.nodes),
-                       .load_cases = load_cases_of(scene, problem),
-                       .modes = scene.simulation.far_modes});
-  plan.skipped.push_back("nodes further than " + number(radius) + " m from what is pushed: " +
-                         std::to_string(choice.far_nodes) + ", linear about rest in " +
-                         std::to_string(scene.simulation.far_modes) + " modes");
+  ReductionSetting setting{.radius = *radius,
+                           .near = *std::move(choice.nodes),
+                           .load_cases = load_cases_of(scene, problem),
+                           .modes = scene.simulation.far_modes};
+  plan.skipped.push_back(far_field_text(setting, choice.far_nodes));
+  plan.far = std::make_shared<const ReductionSetting>(std::move(setting));
 }
 
 /// Returns the number of integrated nodes.
-std::size_t stepped_nodes(const Scene& scene, const NetworkProblem& problem, const StepPlan& plan) {
+std::size_t stepped_nodes(const NetworkProblem& problem, const StepPlan& plan) {
   if (!plan.far) { return problem.free_nodes().size(); }
   const auto near = std::ranges::count_if(problem.free_nodes(),
                                           [&](int node) { return plan.far->near.holds(node); });
-  return static_cast<std::size_t>(near + scene.simulation.far_modes / 3);
+  return static_cast<std::size_t>(near + plan.far->modes / 3);
 }
 
 void choose_integrator(const Scene& scene, std::size_t nodes, StepPlan& plan) {
@@ -514,7 +640,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
                            : stable_step(*info, plan.bounds.omega_upper, plan.bounds.damping_upper);
   }
   if (network != nullptr) { choose_near(scene, *network, plan); }
-  const std::size_t nodes = network != nullptr ? stepped_nodes(scene, *network, plan) : 1;
+  const std::size_t nodes = network != nullptr ? stepped_nodes(*network, plan) : 1;
   choose_integrator(scene, nodes, plan);
   refuse_large_factors(nodes, plan);
   if (scene.simulation.printed.lagged_velocity && !plan.integrator->one_evaluation) {

@@ -41,7 +41,8 @@ struct StepPlan {
   double sleep_force = 0.0;  ///< limit of the force withheld on sleeping nodes [N]; 0: none sleeps
   std::vector<int> touched{};                     ///< nodes that a tool can load; they never sleep
   std::shared_ptr<const ReductionSetting> far{};  ///< reduced-order model, or null
-  TipCompliance tip{};                            ///< that the grid lacks under the tool
+  std::string far_reason{};  ///< of the choice of `far`; empty if the scene sets it
+  TipCompliance tip{};       ///< that the grid lacks under the tool
   PrintedForm printed{};
   std::string kernel{};
   std::vector<std::string> skipped{};  ///< omitted computations, each with the reason

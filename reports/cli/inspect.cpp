@@ -312,9 +312,10 @@ Json facts_of(const LoadedScene& loaded) {
            "stable_step_s", stable, "integrator", plan.integrator->name, "integrator_reason",
            plan.integrator_reason, "substeps", plan.substeps, "substeps_reason",
            plan.substeps_reason, "integrator_step_s", plan.h, "ticks", simulation.tick_count(),
-           "kernel", plan.kernel, "skipped", plan.skipped, "warnings", loaded.warnings(),
-           "zero_length_springs", simulation.zero_length_springs(), "memory_bytes",
-           simulation.memory_bytes());
+           "kernel", plan.kernel);
+  if (!plan.far_reason.empty()) { facts["near_radius_reason"] = plan.far_reason; }
+  add_keys(facts, "skipped", plan.skipped, "warnings", loaded.warnings(), "zero_length_springs",
+           simulation.zero_length_springs(), "memory_bytes", simulation.memory_bytes());
   return facts;
 }
 

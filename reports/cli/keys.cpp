@@ -71,8 +71,8 @@ template <class T> Json schema_of(const std::vector<T>&, const Range& range) {
 template <class T> Json schema_of(const std::optional<T>&, const Range& range) {
   return schema_of(T{}, range);
 }
-template <class T> Json schema_of(const AutoOrCount<T>&, const Range& range) {
-  return {{"anyOf", Json::array({{{"const", "auto"}}, number_schema("integer", range)})}};
+template <class T> Json schema_of(const AutoOr<T>&, const Range& range) {
+  return {{"anyOf", Json::array({{{"const", "auto"}}, schema_of(T{}, range)})}};
 }
 template <class T> Json schema_of(const Preset<T>& preset, const Range&) {
   return {{"enum", Json::array({preset.words[0].first, preset.words[1].first})}};

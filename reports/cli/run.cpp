@@ -212,12 +212,12 @@ std::vector<ErrorSource> error_sources(const LoadedScene& loaded) {
     const double near =
         static_cast<double>(std::ranges::count(plan.far->near.near, static_cast<unsigned char>(1)));
     const bool whole = nodes <= (implicit ? most_nodes_implicit : most_nodes_explicit);
-    const double radius = whole ? 0.0 : 2.0 * scene.simulation.near_radius;
+    const double radius = whole ? 0.0 : 2.0 * plan.far->radius;
     reduction.overrides = {"simulation.near_radius=" + number(radius)};
     reduction.how = "every node integrated";
     reduction.cost = std::pow(nodes / near, implicit ? 4.0 / 3.0 : 1.0);
     if (!whole) {
-      const int modes = 2 * scene.simulation.far_modes;
+      const int modes = 2 * plan.far->modes;
       reduction.overrides.push_back("simulation.far_modes=" + std::to_string(modes));
       reduction.how = "twice the radius and modes, " + plain(mm * radius, "mm") + " and " +
                       std::to_string(modes) + ": the whole tissue is too large";
@@ -294,7 +294,8 @@ std::string percent(double share) {
   return share > 0.0 && share < 1e-5 ? "under 0.001 %" : plain_number(100.0 * share, 2) + " %";
 }
 
-/// Estimates the error of the reduced-order model from its own solution, and warns above 2 %.
+/// Estimates the error of the reduced-order model from its own solution, and warns above
+/// simulation.force_error.
 void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSource& source,
                         std::vector<std::string>& warnings) {
   const Scene& scene = loaded.file.scene;
@@ -309,16 +310,10 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
   double peak = 0.0;
   for (const Load& load : problem.loads()) { peak = std::max(peak, load.force.norm()); }
   if (tool) { peak = std::ranges::max(trace.values("tool.force_n")); }
-  struct Moment {
-    const NodeVectors* position = nullptr;
-    std::optional<double> tip{};
-    double contact = 0.0;  ///< compliance between tip and contact points [m/N]
-    double force = 0.0;    ///< to first order about rest [N]
-  };
-  std::vector<Moment> moments;
+  std::vector<ReductionError::Moment> moments;
   for (const Frames* frames : {&trace.frames, &trace.keyframes}) {
     for (std::size_t n = 0; n < frames->time.size(); ++n) {
-      Moment moment{.position = &frames->position[n]};
+      ReductionError::Moment moment{.position = &frames->position[n]};
       if (scene.needle) {
         const auto row = row_at(trace, frames->time[n]);
         // Where the tip cuts or is in the air, its force does not depend on the tissue's.
@@ -330,21 +325,12 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
             plan.tip.law(cut, path->intervals()[interval].indentation_toe, interval == 0);
         if (law.is_linear()) { moment.contact = law.compliance; }
       }
-      moment.force = error.nonlinear(*moment.position, moment.tip, moment.contact);
       moments.push_back(moment);
     }
   }
-  constexpr double accepted = 0.02;
-  std::ranges::sort(moments, std::greater{}, &Moment::force);
-  double force = 0.0;
-  for (const Moment& moment : moments) {
-    if (moment.force <= force) { break; }
-    const bool large = moment.force > 0.5 * accepted * peak;
-    force =
-        std::max(force, large ? error.nonlinear_there(*moment.position, moment.tip, moment.contact)
-                              : moment.force);
-  }
-  const double nonlinear = peak > 0.0 ? force / peak : 0.0;
+  const double accepted = scene.simulation.force_error;
+  const double nonlinear =
+      peak > 0.0 ? error.largest_nonlinear(moments, 0.5 * accepted * peak) / peak : 0.0;
   // The force of a needle depends on the compliance only where it neither cuts nor slides.
   double held = 1.0;
   if (scene.needle && peak > 0.0) {

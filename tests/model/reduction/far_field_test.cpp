@@ -413,6 +413,11 @@ TEST("a needle in a reduced block feels what it feels in the whole one") {
   }
 }
 
+ReductionError::Moment at(const NodeVectors& position, std::optional<double> tip = {},
+                          double contact = 0.0) {
+  return {.position = &position, .tip = tip, .contact = contact};
+}
+
 TEST("tissue that stiffens has a far field, and its error is estimated") {
   if (check::sanitized) { check::skip("compares numbers; other tests execute its code"); }
   // A force presses on the skin until the tissue rests.
@@ -441,7 +446,7 @@ TEST("tissue that stiffens has a far field, and its error is estimated") {
   const double off = stiffness * (moved(reduced) - moved(whole));
   CHECK(off > 0.1 * 2.0);
   const ReductionError estimate(problem, *reduced.plan().far, Vector3d::Zero());
-  CHECK_NEAR(estimate.nonlinear_there(reduced.node_positions()), off, 0.2 * off);
+  CHECK_NEAR(estimate.nonlinear_there(at(reduced.node_positions())), off, 0.2 * off);
   // With more of the tissue near, the rest is small.
   Simulation wider(pressed(0.0155, 2.0));
   while (wider.ticks() < wider.tick_count()) { CHECK(wider.tick() == StepStatus::ok); }
@@ -473,9 +478,9 @@ TEST("the force that a far field adds is felt through the compliance of the cont
   const ReductionError estimate(problem, *reduced.plan().far, Vector3d::UnitZ());
   const NodeVectors position = reduced.node_positions();
   const double contact = reduced.plan().tip.at(0.0);
-  const double there = estimate.nonlinear_there(position, 0.0, contact);
+  const double there = estimate.nonlinear_there(at(position, 0.0, contact));
   CHECK_NEAR(there, off, 0.2 * off);
-  CHECK(estimate.nonlinear_there(position, 0.0) > 3.0 * off);
+  CHECK(estimate.nonlinear_there(at(position, 0.0)) > 3.0 * off);
 }
 
 TEST("tissue that is no regular lattice has a far field, which is exact for its load cases") {
@@ -497,8 +502,7 @@ TEST("tissue that is no regular lattice has a far field, which is exact for its 
   const NetworkProblem problem(std::move(cut), {});
   REQUIRE(!problem.network().springs.lattice());
   Scene scene = setting.scene;
-  scene.simulation.near_radius = 0.011;
-  const NearChoice choice = choose_near_nodes(scene, problem);
+  const NearChoice choice = choose_near_nodes(scene, problem, 0.011);
   REQUIRE(choice.nodes.has_value());
   const ReductionSetting near{
       .near = *choice.nodes, .load_cases = load_cases_of(scene, problem), .modes = 40};
@@ -647,12 +651,13 @@ TEST(
   const double error = (reduced.node_positions() - whole.node_positions()).col(node).norm() / moved;
   const ReductionError estimate(problem, *reduced.plan().far, Vector3d::Zero());
   CHECK(error > 10.0 * estimate.linear());
-  CHECK_NEAR(estimate.nonlinear(reduced.node_positions()) / scene.loads.front().force.norm(), error,
-             0.33 * error);
-  CHECK_NEAR(estimate.nonlinear_there(reduced.node_positions()) / scene.loads.front().force.norm(),
-             error, 0.15 * error);
-  CHECK_NEAR(estimate.nonlinear(problem.network().rest_position), 0.0, 1e-12);
-  CHECK_NEAR(estimate.nonlinear_there(problem.network().rest_position), 0.0, 1e-12);
+  CHECK_NEAR(estimate.nonlinear(at(reduced.node_positions())) / scene.loads.front().force.norm(),
+             error, 0.33 * error);
+  CHECK_NEAR(
+      estimate.nonlinear_there(at(reduced.node_positions())) / scene.loads.front().force.norm(),
+      error, 0.15 * error);
+  CHECK_NEAR(estimate.nonlinear(at(problem.network().rest_position)), 0.0, 1e-12);
+  CHECK_NEAR(estimate.nonlinear_there(at(problem.network().rest_position)), 0.0, 1e-12);
 }
 
 TEST("the force that linear springs add to a needle is that at its tip") {
@@ -663,17 +668,57 @@ TEST("the force that linear springs add to a needle is that at its tip") {
   const auto& problem = dynamic_cast<const NetworkProblem&>(run.problem());
   const ReductionError estimate(problem, *run.plan().far, Vector3d::UnitZ());
   const NodeVectors position = run.node_positions();
-  const double anywhere = estimate.nonlinear(position);
+  const double anywhere = estimate.nonlinear(at(position));
   double largest = 0.0;
   double least = anywhere;
   for (double tip = -0.001; tip < 0.025; tip += 0.001) {
-    const double force = estimate.nonlinear(position, tip);
+    const double force = estimate.nonlinear(at(position, tip));
     CHECK(force <= anywhere);
     largest = std::max(largest, force);
     least = std::min(least, force);
   }
   CHECK_NEAR(largest, anywhere, 0.0);
   CHECK(least < 0.5 * anywhere);
+}
+
+/// Returns the number of near nodes; all free ones without a far field.
+std::ptrdiff_t near_count(const Simulation& of) {
+  const auto& problem = dynamic_cast<const NetworkProblem&>(of.problem());
+  return std::ranges::count_if(problem.free_nodes(), [&](int node) {
+    return of.plan().far == nullptr || of.plan().far->near.holds(node);
+  });
+}
+
+TEST("a chosen far field is the smallest that keeps the wanted error of the force") {
+  if (check::sanitized) { check::skip("compares numbers; other tests execute its code"); }
+  // A needle cuts skin and fat; a force dents stiffening tissue deeply.
+  Scene cut = scene_of(11, 0.0, 0.45);
+  Scene dented = scene_of(11, 0.0, 0.45, 30.0);
+  dented.drive = Drive{.kind = Drive::Kind::force, .force = 2.0, .rise = 0.1};
+  dented.needle.reset();
+  dented.probe = Probe{};
+  for (Scene scene : {cut, dented}) {
+    const Simulation all(scene);
+    const VectorXd whole = forces_of(scene);
+    scene.simulation.near_radius.reset();
+    std::ptrdiff_t before = 0;
+    for (const double wanted : {0.2, 0.02, 0.002, 0.0}) {
+      scene.simulation.force_error = wanted;
+      const Simulation chosen(scene);
+      CHECK(!chosen.plan().far_reason.empty());
+      CHECK(near_count(chosen) >= before);
+      before = near_count(chosen);
+      if (wanted == 0.0) {
+        CHECK(chosen.plan().far == nullptr);
+        continue;
+      }
+      // Forces jump where a layer is cut a tick earlier or later.
+      const VectorXd off = (forces_of(scene) - whole).cwiseAbs();
+      const auto beyond = (off.array() > wanted * whole.maxCoeff()).count();
+      CHECK(beyond <= 3);
+    }
+    CHECK(before == near_count(all));
+  }
 }
 
 TEST("near is what lies within the radius of a pushed node, along every line") {
