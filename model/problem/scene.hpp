@@ -50,8 +50,8 @@ struct FalconDrive {
 
 /// Rigid needle with a sharp tip on the line entry + s direction; s = 0 is on the undeformed skin.
 struct Needle {
-  double diameter = 1.651e-3;  ///< outer, 16 gauge; reported, without effect on the mechanics [m]
-  Eigen::Vector2d entry{0.0, 0.0};           ///< x and y of the intersection with z = 0 [m]
+  double diameter = 1.651e-3;       ///< outer, 16 gauge; size of the contact at the tip [m]
+  Eigen::Vector2d entry{0.0, 0.0};  ///< x and y of the intersection with z = 0 [m]
   Eigen::Vector3d direction{0.0, 0.0, 1.0};  ///< of insertion; normalised
   double mass = 0.02;                        ///< of needle and syringe, for a drive by force [kg]
 };

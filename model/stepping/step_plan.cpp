@@ -408,6 +408,34 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
   }
 }
 
+/// Warns if whole cells make a block of another depth than its layers, and of inclusions under a
+/// probe that cells do not resolve.
+void warn_of_shapes(const Scene& scene, const SpringNetwork& network, StepPlan& plan) {
+  constexpr double rounded = 0.05;  // thin tissue on a firm base changes its stiffness by more
+  const std::optional<LatticeShape>& shape = network.springs.lattice();
+  if (!shape) { return; }
+  double depth = 0.0;
+  for (const Layer& layer : scene.tissue.layers) { depth += layer.thickness; }
+  const double block = shape->spacing * (shape->nodes[2] - 1);
+  if (scene.tissue.source == Source::layers && std::abs(block - depth) > rounded * depth) {
+    plan.warnings.push_back("the layers are " + number(1e3 * depth) + " mm deep and their " +
+                            std::to_string(shape->nodes[2] - 1) + " planes of cells " +
+                            number(1e3 * block) + " mm: the tissue is as stiff as if it were so; " +
+                            "a spacing of " + number(depth / (shape->nodes[2] - 1)) + " m fits");
+  }
+  if (!scene.probe) { return; }  // a needle's tip is narrow
+  for (const Inclusion& body : scene.tissue.inclusions) {
+    const double least =
+        body.shape == Inclusion::Shape::sphere ? body.size.x() : body.size.minCoeff();
+    if (least < 2.0 * shape->spacing) {
+      plan.warnings.push_back("an inclusion of " + body.material + " is " + number(1e3 * least) +
+                              " mm thin, less than two cells: its shape depends on where the "
+                              "nodes lie; a spacing of " +
+                              number(0.5 * least) + " m would resolve it");
+    }
+  }
+}
+
 /// Warns of a modulus that was probably given in kPa, and of a motion in mm. The softest organs
 /// (brain, liver, fat) have some hundred Pa; hands move needles by less than 0.5 m/s and 0.3 m.
 void warn_of_units(const Scene& scene, StepPlan& plan) {
@@ -488,6 +516,34 @@ void warn_of_collapse(const NeedlePath& path, StepPlan& plan) {
   }
 }
 
+/// Warns of a deep dent in tissue without a resistance to collapse, whose springs fold the more the
+/// finer the cells are (docs/notebook/skin-dent.md, "Tissue that folds").
+void warn_of_folding(const Scene& scene, const NeedlePath& path, StepPlan& plan) {
+  constexpr double resists = 0.45;        // Poisson's ratio from which on cells keep their volume
+  constexpr double deep_under_tip = 1.0;  // diameters
+  constexpr double deep_under_face = 0.25;
+  const PathInterval& first = path.tissue().front();
+  if (!(first.youngs_modulus > 0.0) || first.poissons_ratio >= resists) { return; }
+  if (plan.tip.large.step > 0.0) { return; }  // a skin over soft tissue has its own law or warning
+  const Drive drive = scene.drive.value_or(Drive{});
+  double dent = plan.tip.continuum * drive.force;
+  if (scene.needle) {
+    const double force = std::max(first.puncture_force, first.cutting_force);
+    dent = std::isfinite(force) ? plan.tip.continuum * force : 0.0;
+  }
+  if (drive.kind == Drive::Kind::trajectory) {
+    const double reach = drive.depth.value_or(drive.from + drive.speed * scene.simulation.duration);
+    dent = scene.needle ? std::min(dent, reach) : reach;
+  }
+  const double width = scene.needle ? scene.needle->diameter : 2.0 * scene.probe->radius();
+  if (!(dent > (scene.needle ? deep_under_tip : deep_under_face) * width)) { return; }
+  plan.warnings.push_back(first.label + " is dented by about " + number(1e3 * dent) +
+                          " mm by a tool of " + number(1e3 * width) +
+                          " mm, and with a poissons_ratio of " + number(first.poissons_ratio) +
+                          " its cells hardly resist collapse: the force depends on the spacing, "
+                          "and palpate run --refine measures by how much");
+}
+
 /// Returns true if the force of a dent by a needle differs by more than a tenth between cells of
 /// five and of half a radius (docs/notebook/ligament-curves.md, "Dents").
 bool stiffens_too_fast_for_contact(const MaterialLaw& law) {
@@ -505,6 +561,7 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   TipCompliance& tip = plan.tip;
   if (tip.spacing > 0.0) {
     warn_of_collapse(path, plan);
+    warn_of_folding(scene, path, plan);
     if (tip.large.step > 0.0 && (tip.large.dent.empty() || scene.simulation.printed.any())) {
       tip.large.dent.clear();
       plan.warnings.push_back(membrane_warning(path, tip));
@@ -630,6 +687,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
   if (network != nullptr) {
     warn_of_units(scene, plan);
     warn_of_grid(scene, plan);
+    warn_of_shapes(scene, network->network(), plan);
     warn_of_loose_parts(scene, network->network(), plan);
   }
   if (network != nullptr && (scene.needle || scene.probe)) { add_contact(scene, *network, plan); }
