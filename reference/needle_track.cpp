@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <gsl/gsl_sf_legendre.h>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -431,9 +432,11 @@ std::vector<TrackKnot> network_knots(const Needle& needle, const SpringNetwork& 
 }
 
 /// Calls add(place, force) for small parts of the unit force of a probe's face, relative to its
-/// centre [m]. On a disc x = a sin(t) cos(angle), and on a rectangle x = b sin(t), with force
-/// proportional to dt under a flat punch and to cos^2(t) dt more under Hertz's pressure.
-template <class Add> void for_each_part(const Probe& probe, double hertz, Add add) {
+/// centre [m]. Under a flat punch the force is proportional to sin(s) ds dt on a disc with the
+/// radius a sin(s), and to ds dt on a rectangle with x = b cos(s) and y = l cos(t). The other terms
+/// of the pressure are P_2n(cos(s)) and cos(2 m s) cos(2 n t) times that.
+template <class Add>
+void for_each_part(const Probe& probe, const Eigen::VectorXd& pressure, Add add) {
   constexpr double pi = std::numbers::pi;
   constexpr int many = 240;
   const Eigen::Vector2d half = 0.5 * probe.size;
@@ -445,12 +448,20 @@ template <class Add> void for_each_part(const Probe& probe, double hertz, Add ad
       if (disc) {
         const double r = half.x() * std::sin(0.5 * s);
         const double cosine = std::cos(0.5 * s);
-        const double force = std::sin(0.5 * s) * (1.0 - hertz + 3.0 * hertz * cosine * cosine);
-        add(Eigen::Vector2d(r * std::cos(2.0 * t), r * std::sin(2.0 * t)), force);
+        double sum = 0.0;
+        for (int n = 0; n < pressure.size(); ++n) {
+          sum += pressure(n) * gsl_sf_legendre_Pl(2 * n, cosine);
+        }
+        add(Eigen::Vector2d(r * std::cos(2.0 * t), r * std::sin(2.0 * t)), std::sin(0.5 * s) * sum);
       } else {
-        const double product = std::sin(s) * std::sin(t);
-        add(Eigen::Vector2d(half.x() * std::cos(s), half.y() * std::cos(t)),
-            1.0 - hertz + 4.0 * hertz * product * product);
+        double sum = 0.0;
+        int term = 0;
+        for (int m = 0; term < pressure.size(); ++m) {
+          for (int n = 0; m + n < 5; ++n) {
+            sum += pressure(term++) * std::cos(2.0 * m * s) * std::cos(2.0 * n * t);
+          }
+        }
+        add(Eigen::Vector2d(half.x() * std::cos(s), half.y() * std::cos(t)), sum);
       }
     }
   }
@@ -481,7 +492,7 @@ TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network) {
     const bool far = ((at.cwiseAbs() - 0.5 * probe.size).array() >= width).any();
     if (!far) { supports.push_back({node, 0.0}); }
   }
-  for_each_part(probe, NeedlePath(scene, network).hertz_share(),
+  for_each_part(probe, NeedlePath(scene, network).face_pressure(),
                 [&](const Eigen::Vector2d& place, double force) {
                   for (TrackSupport& support : supports) {
                     const Eigen::Vector2d at =
@@ -490,7 +501,7 @@ TrackKnot probe_knot(const Scene& scene, const SpringNetwork& network) {
                                       std::max(0.0, 1.0 - std::abs(at.y()) / width);
                   }
                 });
-  std::erase_if(supports, [](const TrackSupport& s) { return !(s.weight > 0.0); });
+  std::erase_if(supports, [](const TrackSupport& s) { return s.weight == 0.0; });
   if (supports.empty()) { throw SolverError("insertion: no node lies beneath the probe"); }
   return knot_of(supports, network, Vector3d::Zero(), Vector3d::UnitZ());
 }

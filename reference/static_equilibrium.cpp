@@ -205,29 +205,116 @@ double layer_over_half_space(double u, double nu) {
   return (c * (1.0 - e4) - 4.0 * u * e2) / (c * (1.0 + e4) + (4.0 * u * u + 1.0 + c * c) * e2);
 }
 
-/// phi(t) - 2/pi int_0^1 int_0^inf (1 - L(k)) cos(k t) cos(k s) dk phi(s) ds = 1, lengths in units
-/// of the thickness; kappa is the mean of phi over (0, a).
-double mean_of_phi(double radius, double nu, int points) {
+/// Wavenumbers of a quadrature, and its weights times 1 - L(k).
+struct Waves {
+  std::vector<double> k;
+  std::vector<double> gap;
+};
+
+/// phi(t) - 2/pi int_0^a int_0^inf (1 - L(k)) cos(k t) cos(k s) dk phi(s) ds = 1; kappa is the mean
+/// of phi over (0, a).
+double mean_of_phi(double radius, const Waves& waves, int points) {
   const GaussRule t(points, radius);
-  const GaussRule k(points + static_cast<int>(40.0 * (1.0 + radius)), 22.0);  // 1 - L < 1e-15 there
-  Eigen::MatrixXd wave(points, k.node.size());
-  VectorXd gap(k.node.size());
-  for (Eigen::Index j = 0; j < gap.size(); ++j) {
-    gap(j) = k.weight(j) * (1.0 - layer_over_half_space(k.node(j), nu));
-    wave.col(j) = (k.node(j) * t.node).array().cos();
+  const auto count = std::ssize(waves.k);
+  Eigen::MatrixXd wave(points, count);
+  for (Eigen::Index j = 0; j < count; ++j) {
+    wave.col(j) = (waves.k[static_cast<std::size_t>(j)] * t.node).array().cos();
   }
-  const Eigen::MatrixXd kernel = wave * gap.asDiagonal() * wave.transpose();
+  const Eigen::MatrixXd kernel =
+      wave * Eigen::Map<const VectorXd>(waves.gap.data(), count).asDiagonal() * wave.transpose();
   Eigen::MatrixXd matrix = -2.0 / std::numbers::pi * kernel * t.weight.asDiagonal();
   matrix.diagonal().array() += 1.0;
   const VectorXd phi = matrix.partialPivLu().solve(VectorXd::Ones(points));
   return t.weight.dot(phi) / radius;
 }
 
+/// Lengths are in units of the thickness.
+double factor_of_layer(double radius, double nu, int points) {
+  const GaussRule k(points + static_cast<int>(40.0 * (1.0 + radius)), 22.0);  // 1 - L < 1e-15 there
+  Waves waves;
+  for (Eigen::Index j = 0; j < k.node.size(); ++j) {
+    waves.k.push_back(k.node(j));
+    waves.gap.push_back(k.weight(j) * (1.0 - layer_over_half_space(k.node(j), nu)));
+  }
+  return mean_of_phi(radius, waves, points);
+}
+
+/// Rows u / cos, w / sin, shear and normal stress of four solutions for one wavenumber, at the top
+/// or the bottom of a layer: (1, Z) e^Z with Z = k (z - h), and (1, Z) e^-Z with Z = k z.
+Eigen::Matrix4d solutions_of(const PunchLayer& layer, double k, bool bottom) {
+  const double nu = layer.poissons_ratio;
+  const double mu = 0.5 * layer.youngs_modulus / (1.0 + nu);
+  const double lambda = 2.0 * mu * nu / (1.0 - 2.0 * nu);
+  Eigen::Matrix4d all;
+  for (int n = 0; n < 4; ++n) {
+    const double s = n < 2 ? 1.0 : -1.0;
+    const double a = n % 2 == 0 ? 1.0 : 0.0;
+    const double b = 1.0 - a;
+    const double z = k * layer.thickness * ((bottom ? 1.0 : 0.0) - (n < 2 ? 1.0 : 0.0));
+    const double u = a + b * z;
+    const double w = -s * u + b * (3.0 - 4.0 * nu);
+    const double du = k * (s * u + b);
+    const double dw = k * (s * w - s * b);
+    all.col(n) << u, w, mu * (du - k * w), lambda * (k * u + dw) + 2.0 * mu * dw;
+    all.col(n) *= std::exp(s * z);
+  }
+  return all;
+}
+
+/// Displacement of the surface of layers under a pressure of wavenumber k over that of a half space
+/// of the first layer.
+double layers_over_half_space(const std::vector<PunchLayer>& layers, double k) {
+  const auto count = std::ssize(layers);
+  const PunchLayer& first = layers.front();
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(4 * count, 4 * count);
+  VectorXd right = VectorXd::Zero(4 * count);
+  const Eigen::Matrix4d top = solutions_of(first, k, false);
+  matrix.block<2, 4>(0, 0) = top.bottomRows<2>();
+  right(1) = -1.0;
+  for (Eigen::Index n = 0; n < count; ++n) {
+    const Eigen::Matrix4d here = solutions_of(layers[static_cast<std::size_t>(n)], k, true);
+    if (n + 1 == count) {
+      matrix.block<2, 4>(4 * n + 2, 4 * n) = here.topRows<2>();
+    } else {
+      matrix.block<4, 4>(4 * n + 2, 4 * n) = here;
+      matrix.block<4, 4>(4 * n + 2, 4 * n + 4) =
+          -solutions_of(layers[static_cast<std::size_t>(n + 1)], k, false);
+    }
+  }
+  const VectorXd scale = matrix.rowwise().lpNorm<Eigen::Infinity>().cwiseInverse();
+  const VectorXd found = (scale.asDiagonal() * matrix).fullPivLu().solve(scale.cwiseProduct(right));
+  const double nu = first.poissons_ratio;
+  return k * top.row(1).dot(found.head<4>()) * first.youngs_modulus / (2.0 * (1.0 - nu * nu));
+}
+
+double factor_of_layers(double radius, const std::vector<PunchLayer>& layers, int points) {
+  double bottom = 0.0;
+  for (const PunchLayer& layer : layers) { bottom += layer.thickness; }
+  const double end = 16.0 / layers.front().thickness;  // 1 - L < 1e-10 there
+  Waves waves;
+  double to = 0.0;
+  for (double from = 0.0; from < end; from = to) {
+    to = std::min(std::max(0.1 / bottom, 1.3 * from), from + 2.0 / radius);
+    const GaussRule k(points / 4, to - from);
+    for (Eigen::Index j = 0; j < k.node.size(); ++j) {
+      waves.k.push_back(from + k.node(j));
+      waves.gap.push_back(k.weight(j) * (1.0 - layers_over_half_space(layers, waves.k.back())));
+    }
+  }
+  return mean_of_phi(radius, waves, points);
+}
+
 }  // namespace
 
 PunchFactor punch_on_layer(double radius_over_thickness, double poissons_ratio) {
-  const double coarse = mean_of_phi(radius_over_thickness, poissons_ratio, 24);
-  const double fine = mean_of_phi(radius_over_thickness, poissons_ratio, 48);
+  const double coarse = factor_of_layer(radius_over_thickness, poissons_ratio, 24);
+  const double fine = factor_of_layer(radius_over_thickness, poissons_ratio, 48);
+  return {fine, std::abs(fine - coarse)};
+}
+
+PunchFactor punch_on_layers(double radius, const std::vector<PunchLayer>& layers) {
+  const double coarse = factor_of_layers(radius, layers, 24);
+  const double fine = factor_of_layers(radius, layers, 48);
   return {fine, std::abs(fine - coarse)};
 }
 

@@ -69,4 +69,14 @@ struct PunchFactor {
 /// 5, 541, 1972, for nu from 0 to 1/2. Accurate to 1e-6 for radii up to four thicknesses.
 PunchFactor punch_on_layer(double radius_over_thickness, double poissons_ratio);
 
+/// Elastic layer, from the punch down.
+struct PunchLayer {
+  double thickness = 0.0;       ///< [m]
+  double youngs_modulus = 0.0;  ///< [Pa]
+  double poissons_ratio = 0.0;  ///< below 1/2
+};
+/// The same for layers that are bonded to each other and to a rigid base, over 2 E a / (1 - nu^2)
+/// of the first layer. The radius [m] may be up to twenty thicknesses of that layer.
+PunchFactor punch_on_layers(double radius, const std::vector<PunchLayer>& layers);
+
 }  // namespace palpate::reference

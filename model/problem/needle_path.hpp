@@ -2,6 +2,7 @@
 #pragma once
 /// Path of a needle through a network (model/EQUATIONS.md, "Needle line").
 
+#include <Eigen/Core>
 #include <array>
 #include <limits>
 #include <optional>
@@ -126,11 +127,15 @@ struct TipCompliance {
   [[nodiscard]] double next(double place) const noexcept;
 };
 
+/// Factors of the terms of the pressure under a probe's face, for a unit force; the first is 1
+/// (model/EQUATIONS.md, "Face of a probe").
+using FacePressure = Eigen::VectorXd;
+
 /// Rigid face of a probe on the skin nodes of a regular grid, one in each column of nodes.
 struct ProbeFace {
   struct Point {
     Eigen::Vector2d place{0.0, 0.0};  ///< relative to the centre of the face [m]
-    double share = 0.0;               ///< of the force; the shares of all points sum to one
+    double share = 0.0;  ///< of the force, also negative; the shares of all points sum to one
   };
   std::vector<Point> points{};
   Eigen::Vector2d first{0.0, 0.0};    ///< place of the first column [m]
@@ -177,9 +182,8 @@ class NeedlePath {
   [[nodiscard]] const std::vector<PathInterval>& tissue() const {
     return beneath_.empty() ? intervals_ : beneath_;
   }
-  /// Returns the share of Hertz's pressure in the pressure of a probe (model/EQUATIONS.md, "Contact
-  /// of a size").
-  [[nodiscard]] double hertz_share() const { return hertz_share_; }
+  /// Returns the pressure of a probe; empty for a needle.
+  [[nodiscard]] const FacePressure& face_pressure() const { return pressure_; }
   /// Returns the face of a sliding probe, whose supports are all nodes that it ever presses; empty
   /// for other tools.
   [[nodiscard]] const std::optional<ProbeFace>& sliding_face() const { return sliding_face_; }
@@ -225,7 +229,7 @@ class NeedlePath {
   std::vector<Support> supports_;
   std::vector<PathInterval> intervals_;
   std::vector<PathInterval> beneath_;
-  double hertz_share_ = 0.0;
+  FacePressure pressure_;
   std::optional<ProbeFace> sliding_face_;
   std::vector<Piece> pieces_;   ///< with friction of Coulomb, in order of depth
   std::vector<Piece> dragged_;  ///< with a travel

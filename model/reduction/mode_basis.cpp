@@ -57,7 +57,7 @@ std::vector<std::vector<NeedlePath::Support>> places_of_face(
       face.press(from + piece / pieces * way, share);
       std::vector<NeedlePath::Support>& on = places.emplace_back();
       for (std::size_t column = 0; column < share.size(); ++column) {
-        if (share[column] > 0.0 && face.node[column] >= 0) {
+        if (share[column] != 0.0 && face.node[column] >= 0) {
           on.push_back({.node = face.node[column], .weight = share[column]});
         }
       }

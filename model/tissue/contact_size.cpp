@@ -2,6 +2,7 @@
 
 #include "model/tissue/contact_size.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <utility>
 
 #include "model/problem/needle_path.hpp"
 #include "model/tissue/lattice.hpp"
@@ -204,29 +206,80 @@ std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers,
   return compliance;
 }
 
-double FaceCompliance::best_share() const {
-  const double curvature = flat - 2.0 * both + hertz;
-  return curvature > 0.0 ? std::clamp((flat - both) / curvature, 0.0, 1.0) : 0.0;
+std::vector<std::array<int, 2>> face_terms(const Probe& probe) {
+  constexpr int orders = 5;
+  const bool round = probe.shape == Probe::Shape::fingertip;
+  std::vector<std::array<int, 2>> terms;
+  for (int m = 0; m < orders; ++m) {
+    for (int n = 0; n < (round ? 1 : orders - m); ++n) { terms.push_back({m, n}); }
+  }
+  return terms;
 }
 
-double FaceCompliance::at(double share) const {
-  const double rest = 1.0 - share;
-  return rest * rest * flat + 2.0 * share * rest * both + share * share * hertz;
+FacePressure FaceCompliance::best_pressure() const {
+  const Eigen::Index others = terms.cols() - 1;
+  FacePressure pressure = FacePressure::Ones(others + 1);
+  pressure.tail(others) =
+      terms.bottomRightCorner(others, others).ldlt().solve(-terms.col(0).tail(others));
+  return pressure;
+}
+
+double FaceCompliance::at(const FacePressure& pressure) const {
+  return pressure.dot(terms * pressure);
 }
 
 namespace {
 
-/// Fourier transforms of the flat punch's and Hertz's pressure of a face.
-std::array<double, 2> face_transforms(const Probe& probe, double k, double angle) {
-  if (probe.shape == Probe::Shape::fingertip) {
-    const double z = 0.5 * k * probe.size.x();
-    // The closed form loses its digits for small z.
-    return {std::sin(z) / z,
-            z < 0.05 ? 1.0 - z * z / 10.0 : 3.0 * (std::sin(z) - z * std::cos(z)) / (z * z * z)};
+/// Spherical Bessel function of the first kind.
+double spherical_bessel(int order, double z) {
+  if (z < 3.0) {  // the recurrence loses its digits for small z
+    double term = 1.0;
+    for (int n = 1; n <= order; ++n) { term *= z / (2 * n + 1); }
+    double sum = 0.0;
+    for (int n = 1; n < 24; ++n) {
+      sum += term;
+      term *= -z * z / (2 * n * (2 * (n + order) + 1));
+    }
+    return sum;
   }
-  const double x = 0.5 * k * probe.size.x() * std::cos(angle);
+  double before = std::cos(z) / z;
+  double now = std::sin(z) / z;
+  for (int n = 0; n < order; ++n) { before = std::exchange(now, (2 * n + 1) / z * now - before); }
+  return now;
+}
+
+/// Legendre polynomial P_2n(u).
+double legendre(int n, double u) {
+  double before = 0.0;
+  double now = 1.0;
+  for (int k = 0; k < 2 * n; ++k) {
+    before = std::exchange(now, ((2 * k + 1) * u * now - k * before) / (k + 1));
+  }
+  return now;
+}
+
+/// Fourier transforms of the terms of a face's pressure.
+Eigen::VectorXd face_transforms(const Probe& probe, const std::vector<std::array<int, 2>>& orders,
+                                double k, double angle) {
+  const bool round = probe.shape == Probe::Shape::fingertip;
+  const double x = 0.5 * k * probe.size.x() * (round ? 1.0 : std::cos(angle));
   const double y = 0.5 * k * probe.size.y() * std::sin(angle);
-  return {::j0(x) * ::j0(y), 4.0 * ::j1(x) * ::j1(y) / (x * y)};
+  std::array<double, 8> along_x{};  // of each order; as many as face_terms() has, or more
+  std::array<double, 8> along_y{};
+  for (int n = 0; n <= orders.back()[0]; ++n) {
+    const auto at = static_cast<std::size_t>(n);
+    const double sign = n % 2 == 0 ? 1.0 : -1.0;
+    along_x[at] =
+        round ? std::abs(legendre(n, 0.0)) * spherical_bessel(2 * n, x) : sign * ::jn(2 * n, x);
+    along_y[at] = round ? 1.0 : sign * ::jn(2 * n, y);
+  }
+  Eigen::VectorXd transform(std::ssize(orders));
+  for (Eigen::Index n = 0; n < transform.size(); ++n) {
+    const auto& order = orders[static_cast<std::size_t>(n)];
+    transform(n) =
+        along_x[static_cast<std::size_t>(order[0])] * along_y[static_cast<std::size_t>(order[1])];
+  }
+  return transform;
 }
 
 }  // namespace
@@ -240,47 +293,58 @@ FaceCompliance face_compliance(const std::vector<ColumnLayer>& layers, const Pro
   double bottom = 0.0;
   for (const ColumnLayer& layer : layers) { bottom += layer.thickness; }
   std::vector<double> response(layers.size());
-  FaceCompliance face;
-  double square = 0.0;  // integral of (k times the flat punch's transform)^2 over the last lobe
+  const auto orders = face_terms(probe);
+  FaceCompliance face{Eigen::MatrixXd::Zero(std::ssize(orders), std::ssize(orders))};
+  Eigen::MatrixXd square = face.terms;  // integral of k^2 times the transforms over the last lobe
   for_each_wave(bottom, radius, count, [&](double k, double weight) {
     respond(layers, k, response);
+    Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(square.rows(), square.cols());
     for (int n = 0; n < directions; ++n) {
       const double s = (n + 0.5) / directions;
       const double part = round ? 1.0 : 6.0 * s * (1.0 - s) / directions;
-      const auto [flat, hertz] = face_transforms(probe, k, 0.5 * pi * s * s * (3.0 - 2.0 * s));
-      const double w = part * weight * k * response[0] / (2.0 * pi);
-      face.flat += w * flat * flat;
-      face.both += w * flat * hertz;
-      face.hertz += w * hertz * hertz;
-      if (k > (count - 1) * pi / radius) { square += part * weight * k * k * flat * flat; }
+      const Eigen::VectorXd transform =
+          face_transforms(probe, orders, k, 0.5 * pi * s * s * (3.0 - 2.0 * s));
+      mean += part * transform * transform.transpose();
     }
+    face.terms += weight * k * response[0] / (2.0 * pi) * mean;
+    if (k > (count - 1) * pi / radius) { square += weight * k * k * mean; }
   });
-  // Beyond the last lobe k times the response and the mean of that square are constant.
+  // Beyond the last lobe k times the response and the means of those squares are constant.
   respond(layers, count * pi / radius, response);
-  face.flat += response[0] * square * radius / (2.0 * pi * pi);
+  face.terms += response[0] * radius / (2.0 * pi * pi) * square;
   return face;
 }
 
-std::vector<ProbeFace::Point> face_points(const Probe& probe, double hertz_share,
+std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure& pressure,
                                           const Eigen::Vector2d& spacing) {
   const Eigen::Vector2d half = 0.5 * probe.size;
   const double cells = (half.cwiseQuotient(spacing)).maxCoeff();
   constexpr double most = 64.0;  // points along one direction; enough for 5 cells in a radius
+  const auto orders = face_terms(probe);
   std::vector<ProbeFace::Point> points;
   double total = 0.0;
-  const auto add = [&](double x, double y, double hertz) {
-    points.push_back(
-        {half.cwiseProduct(Eigen::Vector2d(x, y)), 1.0 - hertz_share + hertz_share * hertz});
+  /// `term(orders)`: a term of the pressure over the flat punch's.
+  const auto add = [&](double x, double y, double part, auto term) {
+    double share = 0.0;
+    for (std::size_t n = 0; n < orders.size(); ++n) {
+      share += pressure(static_cast<Eigen::Index>(n)) * term(orders[n]);
+    }
+    points.push_back({half.cwiseProduct(Eigen::Vector2d(x, y)), part * share});
     total += points.back().share;
   };
   if (probe.shape == Probe::Shape::fingertip) {
-    const int rings = static_cast<int>(std::clamp(2.0 * std::ceil(cells * cells), 8.0, most));
+    // Gauss's rule in sqrt(1 - r^2), with which a flat punch's force is uniform.
+    const int panels =
+        static_cast<int>(std::clamp(std::ceil(0.25 * cells * cells), 1.0, most / 8.0));
     const int spokes = 4 * static_cast<int>(std::clamp(std::ceil(pi * cells), 4.0, most / 4.0));
-    for (int n = 0; n < rings * spokes; ++n) {  // equal parts of a flat punch's force
-      const double outside = 1.0 - (n / spokes + 0.5) / rings;
-      const double r = std::sqrt(1.0 - outside * outside);
+    for (int n = 0; n < 8 * panels * spokes; ++n) {
+      const auto node = static_cast<std::size_t>(n / spokes % 4);
+      const double side = n / spokes % 8 < 4 ? -1.0 : 1.0;
+      const double u = (n / spokes / 8 + 0.5 + 0.5 * side * gauss_node[node]) / panels;
+      const double r = std::sqrt(1.0 - u * u);
       const double angle = 2.0 * pi * (n % spokes + 0.5) / spokes;
-      add(r * std::cos(angle), r * std::sin(angle), 3.0 * outside * outside);
+      add(r * std::cos(angle), r * std::sin(angle), gauss_weight[node],
+          [&](const std::array<int, 2>& order) { return legendre(order[0], u); });
     }
   } else {
     const auto along = [&](int axis) {
@@ -290,9 +354,11 @@ std::vector<ProbeFace::Point> face_points(const Probe& probe, double hertz_share
     const int nx = along(0);
     const int ny = along(1);
     for (int n = 0; n < nx * ny; ++n) {
-      const double x = std::cos(pi * (n % nx + 0.5) / nx);
-      const double y = std::cos(pi * (n / nx + 0.5) / ny);
-      add(x, y, 4.0 * (1.0 - x * x) * (1.0 - y * y));
+      const double s = pi * (n % nx + 0.5) / nx;
+      const double t = pi * (n / nx + 0.5) / ny;
+      add(std::cos(s), std::cos(t), 1.0, [&](const std::array<int, 2>& order) {
+        return std::cos(2 * order[0] * s) * std::cos(2 * order[1] * t);
+      });
     }
   }
   for (ProbeFace::Point& point : points) { point.share /= total; }
@@ -763,7 +829,7 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
     for (const double depth : depths) { below.push_back((depth - depths[0]) * direction_.z()); }
     const std::vector<double> there =
         scene.needle ? continuum_compliance(column.layers, radius, below)
-                     : std::vector{face_compliance(column.layers, *scene.probe).at(hertz_share_)};
+                     : std::vector{face_compliance(column.layers, *scene.probe).at(pressure_)};
     const std::vector<PlaneCompliance> planes = grid_compliance(column.grid, column.supports);
     if (continuum.empty()) {
       tip.continuum = there[0];

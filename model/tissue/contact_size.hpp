@@ -31,24 +31,26 @@ std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers,
 std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, double radius,
                                 const std::vector<double>& forces);
 
-/// Axial compliance of a probe's face on layers [m/N] for two pressures and both: the displacement
-/// is the mean with the weight of one pressure under the force of the other. On a disc the
-/// pressures are that of a flat punch, p ~ 1 / sqrt(1 - r^2 / a^2), and Hertz's, p ~ sqrt(1 - r^2 /
-/// a^2); on a rectangle they are products of the same functions of x and y.
-struct FaceCompliance {
-  double flat = 0.0;
-  double both = 0.0;
-  double hertz = 0.0;
+/// Returns the orders of the terms of a face's pressure, in the order of FacePressure: {n, 0} is
+/// the Legendre polynomial P_2n of a disc, {m, n} the product T_2m(x) T_2n(y) of Chebyshev
+/// polynomials of a rectangle, both times the pressure of a flat punch (model/EQUATIONS.md, "Face
+/// of a probe"). The first term is the flat punch's; it alone has a force.
+std::vector<std::array<int, 2>> face_terms(const Probe& probe);
 
-  /// Returns the share of Hertz's pressure with which the face is stiffest. A rigid face is stiffer
+/// Axial compliance of a probe's face on layers [m/N]. An entry is the mean displacement with the
+/// weight of one term of the pressure under the force of another.
+struct FaceCompliance {
+  Eigen::MatrixXd terms{};
+
+  /// Returns the pressure of unit force with which the face is stiffest. A rigid face is stiffer
   /// than any given pressure (minimum of the complementary energy).
-  [[nodiscard]] double best_share() const;
-  [[nodiscard]] double at(double hertz_share) const;
+  [[nodiscard]] FacePressure best_pressure() const;
+  [[nodiscard]] double at(const FacePressure& pressure) const;
 };
 FaceCompliance face_compliance(const std::vector<ColumnLayer>& layers, const Probe& probe);
 
 /// Returns the points of a probe's face for nodes with these distances [m].
-std::vector<ProbeFace::Point> face_points(const Probe& probe, double hertz_share,
+std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure& pressure,
                                           const Eigen::Vector2d& spacing);
 
 /// Returns the layers of soft tissue along a line between two depths [m], to the first gap. `slope`

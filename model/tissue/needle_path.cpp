@@ -407,8 +407,9 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
   }
   const bool slides = grid && probe.path;
   const std::vector<char> touched = slides ? touched_columns(face, probe) : std::vector<char>();
+  pressure_ = FacePressure::Unit(std::ssize(face_terms(probe)), 0);
   const auto press = [&] {
-    face.points = face_points(probe, hertz_share_, face.spacing);
+    face.points = face_points(probe, pressure_, face.spacing);
     std::vector<double> share(face.node.size());
     if (grid) {
       face.press(origin_.head<2>(), share);
@@ -418,7 +419,7 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
     std::vector<Support> supports;
     for (std::size_t n = 0; n < share.size(); ++n) {
       const bool may = slides && touched[n] != 0 && face.node[n] >= 0;
-      if (share[n] > 1e-12 || may) {
+      if (std::abs(share[n]) > 1e-12 || may) {
         supports.push_back({face.node[n], share[n], slides ? static_cast<int>(n) : -1});
       }
     }
@@ -438,7 +439,7 @@ void NeedlePath::of_probe(const Scene& scene, const SpringNetwork& network) {
     const auto layers =
         layers_between(beneath_, depth, std::min(bottom, bone_depth(beneath_)), 1.0);
     if (!layers.empty()) {
-      hertz_share_ = face_compliance(layers, probe).best_share();
+      pressure_ = face_compliance(layers, probe).best_pressure();
       press();
     }
   }

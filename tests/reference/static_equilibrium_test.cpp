@@ -122,4 +122,21 @@ TEST("a punch on a layer has the published stiffness, and those of a half space 
   }
 }
 
+TEST("a punch on layers has the stiffness of one layer if they are alike") {
+  const double a = 0.0075;
+  for (const double nu : {0.0, 0.25, 0.49}) {
+    const PunchFactor two = punch_on_layers(a, {{0.002, 1e4, nu}, {0.01, 1e4, nu}});
+    CHECK_NEAR(two.kappa / punch_on_layer(a / 0.012, nu).kappa, 1.0, 1e-6);
+    CHECK(two.uncertainty < 1e-6);
+  }
+  // A base that is a million times stiffer is rigid.
+  const PunchFactor rigid = punch_on_layers(a, {{0.012, 1e4, 0.4}, {0.012, 1e10, 0.2}});
+  CHECK_NEAR(rigid.kappa / punch_on_layer(a / 0.012, 0.4).kappa, 1.0, 1e-5);
+  // A skin of twice the modulus, a fifteenth as thick as the radius, stiffens a half space by less
+  // than a fifth.
+  const double thin = punch_on_layers(a, {{5e-4, 2e4, 0.4}, {0.6, 1e4, 0.4}}).kappa * 2e4;
+  CHECK(thin > 1e4);
+  CHECK(thin < 1.2e4);
+}
+
 }  // namespace PALPATE_FILE
