@@ -128,7 +128,7 @@ struct TipCompliance {
 };
 
 /// Factors of the terms of the pressure under a probe's face, for a unit force; the first is 1
-/// (model/EQUATIONS.md, "Face of a probe").
+/// (model/EQUATIONS.md, "Contact of a size").
 using FacePressure = Eigen::VectorXd;
 
 /// Rigid face of a probe on the skin nodes of a regular grid, one in each column of nodes.

@@ -449,8 +449,9 @@ void warn_of_differences(const std::vector<ErrorSource>& sources,
       if (!event.refined_place) { continue; }
       const double moved = std::abs(*event.refined_place - event.place);
       if (moved > std::max(depth, share * std::abs(event.place))) {
-        found = event.kind + " of " + event.detail + " is at " + plain(mm * event.place, "mm") +
-                " here and at " + plain(mm * *event.refined_place, "mm") + " there";
+        found = "the " + event.kind + " of " + event.detail + " is at " +
+                plain(mm * *event.refined_place, "mm") + ", not at " +
+                plain(mm * event.place, "mm");
         break;
       }
     }
@@ -458,9 +459,7 @@ void warn_of_differences(const std::vector<ErrorSource>& sources,
       found = "the force differs by " + percent(std::max(difference.peak, difference.curve)) +
               " of the peak";
     }
-    if (!found.empty()) {
-      warnings.push_back("not to be trusted beyond this: with " + source.how + ", " + found);
-    }
+    if (!found.empty()) { warnings.push_back("not converged: with " + source.how + " " + found); }
   }
 }
 

@@ -39,6 +39,43 @@ has '^  solver: '
 "$palpate" run "$needle" "${short[@]}" --json -o "$out/json" >"$out/said" 2>"$out/error"
 cmp "$out/said" "$out/json/summary.json" || fail "--json is not summary.json"
 
+# Results that depend on the spacing are told: cells that nearly close, and what a refined run shows.
+cat >"$out/gel.toml" <<'GEL'
+[simulation]
+duration = 0.8
+step = 5e-3
+solver_tolerance = 1e-4
+[tissue]
+source = "lattice"
+fixed = ["x-min", "x-max", "y-min", "y-max", "z-max"]
+[tissue.lattice]
+nodes = [7, 7, 7]
+spacing = 0.005
+material = "gel"
+[[material]]
+name = "gel"
+youngs_modulus = 10e3
+density = 1000.0
+retardation_time = 1e-3
+cutting_force = 0.09
+friction = 0.0
+[needle]
+[drive]
+speed = 0.01
+depth = 0.007
+GEL
+warnings() { of_summary "$1" '["warnings"]'; }
+"$palpate" run "$out/gel.toml" --refine -q -o "$out/gel" >/dev/null
+warnings "$out/gel" | grep -q 'not converged: with spacing of 2.5 mm .*the puncture of gel is at 6\.[0-9]* mm, not at 5\.' ||
+  fail "a puncture that moves by a third is not told: $(warnings "$out/gel")"
+"$palpate" run "$out/gel.toml" --refine -q -o "$out/stiff" --set material.0.youngs_modulus=1e6 >/dev/null
+! warnings "$out/stiff" | grep -q 'not converged' || fail "a shallow dent is told: $(warnings "$out/stiff")"
+! warnings "$out/gel" | grep -q 'of its volume' || fail "cells far from closing are told"
+"$palpate" run "$out/gel.toml" -q -o "$out/closing" --set material.0.cutting_force=0.4 --set material.0.poissons_ratio=0.49 \
+  --set drive.depth=0.015 --set simulation.duration=1.6 >/dev/null
+warnings "$out/closing" | grep -q 'a corner of a cell is left with .* of its volume' ||
+  fail "cells that nearly close are not told: $(of_summary "$out/closing" '["smallest_jacobian"]')"
+
 # A terminal obeys no name of a folder.
 "$palpate" run "$needle" "${short[@]}" -v -o "$out/$(printf 'red\033[31m')" >"$out/said"
 ! grep -q "$(printf '\033')" "$out/said" || fail "the name of a folder reaches the terminal as it is"

@@ -202,6 +202,52 @@ TEST("cells are compared with the force that cuts them, not with that of deeper 
   CHECK(mentions(plan_of(scene).warnings, warning));
 }
 
+TEST("a plan warns of deep dents in tissue that hardly resists collapse") {
+  Scene scene;
+  scene.tissue.lattice = {.nodes = {7, 7, 7}, .spacing = 0.005, .material = "gel"};
+  scene.materials = {{.name = "gel", .youngs_modulus = 1e4, .density = 1e3, .cutting_force = 0.09}};
+  scene.needle = Needle{};
+  scene.drive = Drive{.speed = 0.01, .depth = 0.01};
+  const std::string_view warning = "its cells hardly resist collapse";
+  Material& gel = scene.materials[0];
+  CHECK(mentions(plan_of(scene).warnings, warning));
+  gel.poissons_ratio = 0.45;
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+  gel.poissons_ratio = 0.25;
+  scene.drive->depth = 0.001;  // less than the needle's diameter
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+  scene.drive->depth = 0.01;
+  gel.youngs_modulus = 1e5;
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+  scene.needle.reset();
+  scene.probe = Probe{.size = {0.006, 0.006}};
+  CHECK(mentions(plan_of(scene).warnings, warning));
+  scene.drive->depth = 0.001;
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+}
+
+TEST("a plan warns of layers that whole cells make deeper, and of thin bodies under a probe") {
+  Scene scene = layered_scene();
+  const std::string_view deeper = "mm deep and their";
+  const std::string_view thin = "less than two cells";
+  double depth = 0.0;
+  for (const Layer& layer : scene.tissue.layers) { depth += layer.thickness; }
+  scene.tissue.block.spacing = depth / 4.0;
+  CHECK(!mentions(plan_of(scene).warnings, deeper));
+  scene.tissue.block.spacing = depth / 4.3;  // four cells are 7 % less
+  CHECK(mentions(plan_of(scene).warnings, deeper));
+  scene.needle.reset();
+  scene.probe = Probe{};
+  const double spacing = scene.tissue.block.spacing;
+  scene.tissue.inclusions = {{.shape = Inclusion::Shape::box,
+                              .centre = {0.0, 0.0, 0.5 * depth},
+                              .size = {1.9 * spacing, 3.0 * spacing, 3.0 * spacing},
+                              .material = scene.materials[0].name}};
+  CHECK(mentions(plan_of(scene).warnings, thin));
+  scene.tissue.inclusions[0].size.x() = 2.1 * spacing;
+  CHECK(!mentions(plan_of(scene).warnings, thin));
+}
+
 TEST("a plan warns of tissue whose stiffening makes the force of a dent depend on the spacing") {
   const auto dent_in = [](double rate, double spacing, double largest = 12.0) {
     Scene scene;
