@@ -62,6 +62,11 @@ constexpr double share_of_reduction = 0.5;
 /// the expected error of each takes seconds in larger tissue.
 constexpr std::size_t most_nodes_chosen_for = 10'000;
 
+/// Returns the depth on its line that a tool on a trajectory reaches [m].
+double end_of_trajectory(const Scene& scene, const Drive& drive) {
+  return drive.depth.value_or(drive.from + drive.speed * scene.simulation.duration);
+}
+
 /// Returns the force with which the tool is expected to press where its tip is at a depth [m] and
 /// the tissue has a compliance [m/N].
 ReductionError::Push expected_push(const Scene& scene, const NeedlePath& path,
@@ -84,8 +89,7 @@ ReductionError::Push expected_push(const Scene& scene, const NeedlePath& path,
     push.force += cutting;
   }
   if (drive.kind == Drive::Kind::trajectory) {
-    const double reach = drive.depth.value_or(drive.from + drive.speed * scene.simulation.duration);
-    const double most = reach / (compliance + push.contact);
+    const double most = end_of_trajectory(scene, drive) / (compliance + push.contact);
     push.force = scene.needle ? std::min(push.force, most) : most;
   }
   return push;
@@ -526,14 +530,15 @@ void warn_of_folding(const Scene& scene, const NeedlePath& path, StepPlan& plan)
   if (!(first.youngs_modulus > 0.0) || first.poissons_ratio >= resists) { return; }
   if (plan.tip.large.step > 0.0) { return; }  // a skin over soft tissue has its own law or warning
   const Drive drive = scene.drive.value_or(Drive{});
+  if (scene.probe && drive.is_coupled()) { return; }  // a hand decides
   double dent = plan.tip.continuum * drive.force;
   if (scene.needle) {
     const double force = std::max(first.puncture_force, first.cutting_force);
     dent = std::isfinite(force) ? plan.tip.continuum * force : 0.0;
   }
   if (drive.kind == Drive::Kind::trajectory) {
-    const double reach = drive.depth.value_or(drive.from + drive.speed * scene.simulation.duration);
-    dent = scene.needle ? std::min(dent, reach) : reach;
+    dent = scene.needle ? std::min(dent, end_of_trajectory(scene, drive))
+                        : end_of_trajectory(scene, drive);
   }
   const double width = scene.needle ? scene.needle->diameter : 2.0 * scene.probe->radius();
   if (!(dent > (scene.needle ? deep_under_tip : deep_under_face) * width)) { return; }

@@ -10,7 +10,6 @@
 #include <limits>
 #include <numbers>
 #include <span>
-#include <utility>
 
 #include "model/problem/needle_path.hpp"
 #include "model/tissue/lattice.hpp"
@@ -230,34 +229,6 @@ double FaceCompliance::at(const FacePressure& pressure) const {
 
 namespace {
 
-/// Spherical Bessel function of the first kind.
-double spherical_bessel(int order, double z) {
-  if (z < 3.0) {  // the recurrence loses its digits for small z
-    double term = 1.0;
-    for (int n = 1; n <= order; ++n) { term *= z / (2 * n + 1); }
-    double sum = 0.0;
-    for (int n = 1; n < 24; ++n) {
-      sum += term;
-      term *= -z * z / (2 * n * (2 * (n + order) + 1));
-    }
-    return sum;
-  }
-  double before = std::cos(z) / z;
-  double now = std::sin(z) / z;
-  for (int n = 0; n < order; ++n) { before = std::exchange(now, (2 * n + 1) / z * now - before); }
-  return now;
-}
-
-/// Legendre polynomial P_2n(u).
-double legendre(int n, double u) {
-  double before = 0.0;
-  double now = 1.0;
-  for (int k = 0; k < 2 * n; ++k) {
-    before = std::exchange(now, ((2 * k + 1) * u * now - k * before) / (k + 1));
-  }
-  return now;
-}
-
 /// Fourier transforms of the terms of a face's pressure.
 Eigen::VectorXd face_transforms(const Probe& probe, const std::vector<std::array<int, 2>>& orders,
                                 double k, double angle) {
@@ -269,8 +240,9 @@ Eigen::VectorXd face_transforms(const Probe& probe, const std::vector<std::array
   for (int n = 0; n <= orders.back()[0]; ++n) {
     const auto at = static_cast<std::size_t>(n);
     const double sign = n % 2 == 0 ? 1.0 : -1.0;
-    along_x[at] =
-        round ? std::abs(legendre(n, 0.0)) * spherical_bessel(2 * n, x) : sign * ::jn(2 * n, x);
+    const auto order = static_cast<unsigned>(2 * n);
+    along_x[at] = round ? std::abs(std::legendre(order, 0.0)) * std::sph_bessel(order, x)
+                        : sign * ::jn(2 * n, x);
     along_y[at] = round ? 1.0 : sign * ::jn(2 * n, y);
   }
   Eigen::VectorXd transform(std::ssize(orders));
@@ -323,7 +295,7 @@ std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure
   const auto orders = face_terms(probe);
   std::vector<ProbeFace::Point> points;
   double total = 0.0;
-  /// `term(orders)`: a term of the pressure over the flat punch's.
+  // term(orders) is a term of the pressure over the flat punch's.
   const auto add = [&](double x, double y, double part, auto term) {
     double share = 0.0;
     for (std::size_t n = 0; n < orders.size(); ++n) {
@@ -344,7 +316,9 @@ std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure
       const double r = std::sqrt(1.0 - u * u);
       const double angle = 2.0 * pi * (n % spokes + 0.5) / spokes;
       add(r * std::cos(angle), r * std::sin(angle), gauss_weight[node],
-          [&](const std::array<int, 2>& order) { return legendre(order[0], u); });
+          [&](const std::array<int, 2>& order) {
+            return std::legendre(static_cast<unsigned>(2 * order[0]), u);
+          });
     }
   } else {
     const auto along = [&](int axis) {

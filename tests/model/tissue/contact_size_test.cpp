@@ -4,6 +4,7 @@
 
 #include "model/tissue/lattice.hpp"
 #include "model/tissue/network_builder.hpp"
+#include "reference/static_equilibrium.hpp"
 #include "tests/check.hpp"
 
 namespace PALPATE_FILE {
@@ -109,11 +110,19 @@ TEST("a rigid disc on a layer has the published stiffness, and a rectangle that 
     CHECK_NEAR(1.0 / face.at(face.best_pressure()) / half_space / kappa, 1.0, 4e-3);
     CHECK(face.at(face.best_pressure()) <= face.terms(0, 0));
   }
-  // Stiff skin on fat: 172.92 N/m from an independent solution of Hayes' integral equation for
-  // layers (reference::punch_on_layers). A flat punch's pressure alone gives 137.3.
-  const FaceCompliance skin =
-      face_compliance({{0.001, 1e6, 0.48}, {0.023, 5e3, 0.49}}, {.size = {0.01, 0.01}});
-  CHECK_NEAR(1.0 / skin.at(skin.best_pressure()), 172.92, 0.002 * 172.92);
+  // Skin 200 times as stiff as the fat below, against Hayes' integral equation for layers. A flat
+  // punch's pressure alone is 20 % too soft for a radius of five thicknesses.
+  for (const auto& [ratio, error] :
+       {std::pair(1.0, 2e-3), {5.0, 2e-3}, {10.0, 2e-3}, {20.0, 2e-2}}) {
+    const double radius = 1e-3 * ratio;
+    const FaceCompliance skin = face_compliance({{0.001, 1e6, 0.48}, {0.023, 5e3, 0.49}},
+                                                {.size = {2.0 * radius, 2.0 * radius}});
+    const double kappa =
+        reference::punch_on_layers(radius, {{0.001, 1e6, 0.48}, {0.023, 5e3, 0.49}}).kappa;
+    const double exact = kappa * 2.0 * 1e6 * radius / (1.0 - 0.48 * 0.48);
+    CHECK_NEAR(1.0 / skin.at(skin.best_pressure()), exact, error * exact);
+    if (ratio == 5.0) { CHECK_NEAR(exact, 172.92, 0.01); }
+  }
   // Square on a half space: as the electric capacitance of a plate, 0.36679 times its side (F. H.
   // Read, J. Comput. Phys. 133, 1, 1997), 1.0212 times the disc of the same area. The base at 300
   // half sides stiffens by 0.4 %.
