@@ -147,6 +147,7 @@ void choose_far(const Scene& scene, const NetworkProblem& problem, StepPlan& pla
     const double radius = lengths * length;
     NearChoice choice = choose_near_nodes(scene, problem, radius);
     if (!choice.nodes) {
+      if (!least.empty()) { break; }  // no far node is left
       plan.far_reason = whole + choice.obstacle;
       return;
     }

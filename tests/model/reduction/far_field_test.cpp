@@ -710,6 +710,7 @@ TEST("a chosen far field is the smallest that keeps the wanted error of the forc
       before = near_count(chosen);
       if (wanted == 0.0) {
         CHECK(chosen.plan().far == nullptr);
+        CHECK(chosen.plan().far_reason.find("is expected to change") != std::string::npos);
         continue;
       }
       // Forces jump where a layer is cut a tick earlier or later.
