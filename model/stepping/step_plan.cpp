@@ -417,6 +417,7 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
 /// probe that cells do not resolve.
 void warn_of_shapes(const Scene& scene, const SpringNetwork& network, StepPlan& plan) {
   constexpr double rounded = 0.05;  // thin tissue on a firm base changes its stiffness by more
+  constexpr double misfit = 0.1;
   const std::optional<LatticeShape>& shape = network.springs.lattice();
   if (!shape) { return; }
   double depth = 0.0;
@@ -429,15 +430,32 @@ void warn_of_shapes(const Scene& scene, const SpringNetwork& network, StepPlan& 
                             "a spacing of " + number(depth / (shape->nodes[2] - 1)) + " m fits");
   }
   if (!scene.probe) { return; }  // a needle's tip is narrow
+  const Eigen::Vector3d first = shape->position(0, 0, 0);
+  const Eigen::Vector3d last =
+      shape->position(shape->nodes[0] - 1, shape->nodes[1] - 1, shape->nodes[2] - 1);
   for (const Inclusion& body : scene.tissue.inclusions) {
-    const double least =
-        body.shape == Inclusion::Shape::sphere ? body.size.x() : body.size.minCoeff();
-    if (least < 2.0 * shape->spacing) {
-      plan.warnings.push_back("an inclusion of " + body.material + " is " + number(1e3 * least) +
-                              " mm thin, less than two cells: its shape depends on where the "
-                              "nodes lie; a spacing of " +
-                              number(0.5 * least) + " m would resolve it");
+    // A ball of three cells still changes a probe's force by more than 5 % with the spacing.
+    const bool ball = body.shape == Inclusion::Shape::sphere;
+    const double cells = ball ? 4.0 : 2.0;
+    const double least = ball ? body.size.x() : body.size.minCoeff();
+    double off = 0.0;  // of a box's face from the next plane of nodes, as a share of its edge
+    for (const double side : {-0.5, 0.5}) {
+      const Eigen::Vector3d face =
+          (body.centre + side * body.size).cwiseMax(first).cwiseMin(last) - first;
+      const Eigen::Array3d place = face.array() / shape->spacing;
+      const Eigen::Array3d away = (place - place.round()).abs() * shape->spacing;
+      if (!ball) { off = std::max(off, (away / body.size.array()).maxCoeff()); }
     }
+    const bool thin = least < (cells - 1e-9) * shape->spacing;
+    if (!thin && off <= misfit) { continue; }
+    plan.warnings.push_back(
+        "an inclusion of " + body.material +
+        (thin ? " is " + number(1e3 * least) + " mm thin, less than " + number(cells) + " cells"
+              : " has a face that is " + number(100.0 * off) +
+                    " % of its edge from the next plane of nodes") +
+        ": its shape depends on where the nodes lie; " +
+        (thin ? "a spacing of " + number(least / cells) + " m would resolve it"
+              : "a spacing that divides its edges and places fits"));
   }
 }
 

@@ -229,7 +229,7 @@ TEST("a plan warns of deep dents in tissue that hardly resists collapse") {
 TEST("a plan warns of layers that whole cells make deeper, and of thin bodies under a probe") {
   Scene scene = layered_scene();
   const std::string_view deeper = "mm deep and their";
-  const std::string_view thin = "less than two cells";
+  const std::string_view thin = "less than 2 cells";
   double depth = 0.0;
   for (const Layer& layer : scene.tissue.layers) { depth += layer.thickness; }
   scene.tissue.block.spacing = depth / 4.0;
@@ -243,9 +243,36 @@ TEST("a plan warns of layers that whole cells make deeper, and of thin bodies un
                               .centre = {0.0, 0.0, 0.5 * depth},
                               .size = {1.9 * spacing, 3.0 * spacing, 3.0 * spacing},
                               .material = scene.materials[0].name}};
+  Inclusion& body = scene.tissue.inclusions[0];
   CHECK(mentions(plan_of(scene).warnings, thin));
-  scene.tissue.inclusions[0].size.x() = 2.1 * spacing;
+  body.size.x() = 2.1 * spacing;
   CHECK(!mentions(plan_of(scene).warnings, thin));
+  body.shape = Inclusion::Shape::sphere;
+  body.size.x() = 3.9 * spacing;
+  CHECK(mentions(plan_of(scene).warnings, "less than 4 cells"));
+  body.size.x() = 4.0 * spacing;
+  CHECK(!mentions(plan_of(scene).warnings, "inclusion"));
+}
+
+TEST("a plan warns of a box under a probe whose faces lie between planes of nodes") {
+  const std::string_view between = "of its edge from the next plane of nodes";
+  Scene scene = layered_scene();
+  scene.needle.reset();
+  scene.probe = Probe{};
+  const double spacing = scene.tissue.block.spacing;
+  scene.tissue.block.nodes = {9, 9};
+  scene.tissue.inclusions = {{.shape = Inclusion::Shape::box,
+                              .centre = {0.0, 0.0, 3.0 * spacing},
+                              .size = {4.0 * spacing, 4.0 * spacing, 4.0 * spacing},
+                              .material = scene.materials[0].name}};
+  Inclusion& body = scene.tissue.inclusions[0];
+  CHECK(!mentions(plan_of(scene).warnings, between));
+  body.centre.x() = 0.3 * spacing;  // 7.5 % of the edge
+  CHECK(!mentions(plan_of(scene).warnings, between));
+  body.centre.x() = 0.5 * spacing;
+  CHECK(mentions(plan_of(scene).warnings, between));
+  body.size.x() = 40.5 * spacing;  // ends outside the block
+  CHECK(!mentions(plan_of(scene).warnings, between));
 }
 
 TEST("a plan warns of tissue whose stiffening makes the force of a dent depend on the spacing") {
