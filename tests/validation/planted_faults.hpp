@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "fixtures/io/scene_file.hpp"
 #include "tests/check.hpp"
 #include "validation/case.hpp"
 #include "validation/planted_faults.hpp"
@@ -33,8 +34,12 @@ inline const reference::Cache& shared_references() {
 inline void check_status(const std::string& name, const Mutation* mutation, Status expected) {
   const std::vector<std::string> patterns{name};
   // A drawn scene can hide a fault behind the error that its verdict allows; this one does not.
-  const CaseContext context{
+  CaseContext context{
       .quick = true, .seed = 11, .mutation = mutation, .cache = &shared_references()};
+  context.shipped_scene = [](std::string_view shipped) -> std::optional<Scene> {
+    const auto folder = scratch::source_folder() / "fixtures" / "scenes";
+    return io::read_scene(folder / (std::string(shipped) + ".toml")).scene;
+  };
   const Outcome outcome = run_case(select_cases(all_cases(), patterns, true).front(), context);
   if (outcome.status != expected) {
     std::printf("  %s is %s with \"%s\": %s\n", name.c_str(), name_of(outcome.status).data(),

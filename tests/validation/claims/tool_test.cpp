@@ -57,6 +57,11 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
                                 std::shift_right(column.values.begin(), column.values.end(), 20);
                               }
                             }};
+  const Mutation grid_bound{.name = "springs as stiff as their spacing is long",
+                            .model = [](Scene& scene, SpringNetwork& network) {
+                              const double share = scene.tissue.block.spacing / 0.005;
+                              network.springs.change_each([&](Spring& s) { s.stiffness *= share; });
+                            }};
   const Mutation hollow{.name = "no volume terms",
                         .model = [](Scene&, SpringNetwork& network) { network.cells.clear(); }};
   const Mutation soft_skin{.name = "skin 20 % too soft", .model = [](Scene& scene, SpringNetwork&) {
@@ -76,6 +81,7 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
       "",
       {{wide, {"needle/continuum-stiffness"}},
        {soft_skin, {"needle/skin-dent"}},
+       {grid_bound, {"needle/shipped-scenes"}},
        {wide_disc, {"probe/layer", "probe/half-space"}},
        {uneven, {"probe/slide"}},
        {late_probe, {"probe/slide"}},
