@@ -201,6 +201,7 @@ class LiveSession {
       builder.emplace(*loop_, *model, given_, materials_, loop_->stiffness());
     }
     Trace trace;
+    std::exception_ptr failure;  // of the subject; what it did until then is kept
     {
       std::optional<device::LockedMemory> memory;
       std::optional<device::AwakeProcessors> awake;
@@ -214,8 +215,10 @@ class LiveSession {
                    .idle = awake->refusal()};
       }
       device::touch_stack();
-      trace = roll_out(*subject_, scene_, {.every = subject_->tick_count()},
-                       {.stop = &interrupted, .clock = &clock, .hook = &*loop_});
+      try {
+        trace = roll_out(*subject_, scene_, {.every = subject_->tick_count()},
+                         {.stop = &interrupted, .clock = &clock, .hook = &*loop_});
+      } catch (...) { failure = std::current_exception(); }
     }
     changes_.clear();
     if (builder) {
@@ -226,7 +229,9 @@ class LiveSession {
       }
     }
     const bool whole = !writer || writer->finish();
-    write_summary(folder, trace, writer ? writer->rows() : 0, whole);
+    const char* status = failure ? "failed" : trace.diverged ? "diverged" : "ok";
+    write_summary(folder, status, writer ? writer->rows() : 0, whole);
+    if (failure) { std::rethrow_exception(failure); }
     if (!interrupted && !loop_->wants_reset()) {
       loop_->wait_for_reset(*subject_, trace.diverged, interrupted);
     }
@@ -265,7 +270,7 @@ class LiveSession {
                              {"Replays the live run whose trace.csv is beside it."});
   }
 
-  void write_summary(const fs::path& folder, const Trace& trace, long rows, bool whole) const {
+  void write_summary(const fs::path& folder, const char* status, long rows, bool whole) const {
     const LiveState& state = loop_->state();
     const auto us_of = [](std::optional<double> seconds) {
       return seconds ? std::optional(1e6 * *seconds) : std::nullopt;
@@ -275,17 +280,17 @@ class LiveSession {
                     "p99_9", us_of(times.percentile(0.999)), "p99_99",
                     us_of(times.percentile(0.9999)), "worst", 1e6 * times.maximum());
     };
-    const auto json = object(
-        "status", trace.diverged ? "diverged" : "ok", "scene", options_.scene.filename().string(),
-        "device", options_.device, "period_s", scene_.simulation.step, "steps",
-        static_cast<long>(state.ticks), "duration_s", state.time, "rows", rows, "rows_lost",
-        static_cast<long>(state.lost_rows), "rows_whole", whole, "periods",
-        static_cast<long>(state.periods), "missed", static_cast<long>(state.missed), "left_out_s",
-        state.left_out, "response_us", times_of(loop_->record().response), "work_us",
-        times_of(loop_->record().compute), "material_changes", changes_.size(), "scheduling",
-        rights_.fifo.empty() ? "SCHED_FIFO" : rights_.fifo, "memory",
-        rights_.memory.empty() ? "locked" : rights_.memory, "idle_states",
-        rights_.idle.empty() ? "none with latency" : rights_.idle);
+    const auto json =
+        object("status", status, "scene", options_.scene.filename().string(), "device",
+               options_.device, "period_s", scene_.simulation.step, "steps",
+               static_cast<long>(state.ticks), "duration_s", state.time, "rows", rows, "rows_lost",
+               static_cast<long>(state.lost_rows), "rows_whole", whole, "periods",
+               static_cast<long>(state.periods), "missed", static_cast<long>(state.missed),
+               "left_out_s", state.left_out, "response_us", times_of(loop_->record().response),
+               "work_us", times_of(loop_->record().compute), "material_changes", changes_.size(),
+               "scheduling", rights_.fifo.empty() ? "SCHED_FIFO" : rights_.fifo, "memory",
+               rights_.memory.empty() ? "locked" : rights_.memory, "idle_states",
+               rights_.idle.empty() ? "none with latency" : rights_.idle);
     const io::WholeWrite together;
     io::replace_file(folder / "summary.json", json.dump(2) + "\n");
     io::replace_file(folder / "times.csv", times_table());

@@ -897,6 +897,10 @@ int run_report(const ReportOptions& options) {
   std::vector<Results> all;
   for (const std::filesystem::path& folder : options.results) {
     all.push_back(read_results_folder(folder));
+    if (all.back().outcomes.empty()) {
+      throw InputError((folder / "results.json").string() +
+                       ": has no case; the results of a validate, bench or subject that ran some");
+    }
   }
   const bool compares = all.size() > 1;
   const Results results = compares ? subject_matrix(all) : all.front();

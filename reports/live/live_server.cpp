@@ -353,7 +353,12 @@ class LiveServer::Core::Visit : public std::enable_shared_from_this<Visit> {
     stream_.expires_after(request_timeout);
     http::async_read(stream_, buffer_, parser_,
                      [me = shared_from_this()](beast::error_code problem, std::size_t) {
-                       if (!problem) { me->answer(); }
+                       if (!problem) { return me->answer(); }
+                       const auto& of_http =
+                           http::make_error_code(http::error::bad_field).category();
+                       if (problem.category() == of_http && problem != http::error::end_of_stream) {
+                         me->refuse(http::status::bad_request, problem.message());
+                       }
                      });
   }
 

@@ -137,6 +137,15 @@ def refusals(live):
                              **{"Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==", "Sec-WebSocket-Version": "13"})
         expect(status == 403, "origin " + origin + " is refused")
         expect(live.status(page, Origin=origin) == 403, "the page is refused to origin " + origin)
+    for text in (b"nonsense\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"GET / HTTP/1.1\r\nno colon\r\n\r\n",
+                 b"GET / HTTP/1.1\r\nx: " + b"a" * 100000 + b"\r\n\r\n"):
+        with socket.create_connection(("127.0.0.1", live.port), 10) as raw:
+            try:
+                raw.sendall(text)
+                answer = raw.recv(64)
+            except ConnectionError:  # it need not read the rest of a long header
+                answer = b"HTTP/1.1 400"
+            expect(answer.startswith(b"HTTP/1.1 400"), f"{text[:30]} is answered as a bad request")
     other = socket.socket()
     addresses = [line.split()[1] for line in open("/proc/net/tcp").readlines()[1:] if line.split()[3] == "0A"]
     expect(f"0100007F:{live.port:04X}" in addresses, "it listens on 127.0.0.1")

@@ -277,7 +277,8 @@ void conclude_told(Fit& result, const Search& search, const Forward& forward,
     const double middle = p.standardised(each.value);
     each.interval_factor = factor_of(covariance(k, k), sampled[k], freedom);
     const double reach = each.interval_factor * each.deviation;
-    each.interval = {p.value(middle - reach), p.value(middle + reach)};
+    each.interval = {std::max(p.lower, p.value(middle - reach)),
+                     std::min(p.upper, p.value(middle + reach))};
     each.at_bound =
         middle - p.standardised(p.lower) < 0.05 || p.standardised(p.upper) - middle < 0.05;
   }
