@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gsl/gsl_integration.h>
+#include <gsl/gsl_sf_bessel.h>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -211,24 +212,40 @@ struct Waves {
   std::vector<double> gap;
 };
 
-/// phi(t) - 2/pi int_0^a int_0^inf (1 - L(k)) cos(k t) cos(k s) dk phi(s) ds = 1; kappa is the mean
-/// of phi over (0, a).
-double mean_of_phi(double radius, const Waves& waves, int points) {
+/// Solution of phi(t) - 2/pi int_0^a int_0^inf (1 - L(k)) cos(k t) cos(k s) dk phi(s) ds = f(t).
+struct Phi {
+  double mean = 0.0;  ///< over (0, a)
+  double edge = 0.0;  ///< phi(a); the pressure is singular at the edge unless it is zero
+};
+/// Solutions for f = 1, the unit dent of a flat face, and f = (t / a)^2, the shape of a sphere.
+struct PhiPair {
+  Phi flat;
+  Phi curved;
+};
+
+PhiPair solve_phi(double radius, const Waves& waves, int points) {
   const GaussRule t(points, radius);
   const auto count = std::ssize(waves.k);
+  const Eigen::Map<const VectorXd> k(waves.k.data(), count);
+  const Eigen::Map<const VectorXd> gap(waves.gap.data(), count);
   Eigen::MatrixXd wave(points, count);
-  for (Eigen::Index j = 0; j < count; ++j) {
-    wave.col(j) = (waves.k[static_cast<std::size_t>(j)] * t.node).array().cos();
-  }
+  for (Eigen::Index j = 0; j < count; ++j) { wave.col(j) = (k(j) * t.node).array().cos(); }
   const Eigen::MatrixXd kernel =
-      wave * Eigen::Map<const VectorXd>(waves.gap.data(), count).asDiagonal() * wave.transpose();
-  Eigen::MatrixXd matrix = -2.0 / std::numbers::pi * kernel * t.weight.asDiagonal();
-  matrix.diagonal().array() += 1.0;
-  const VectorXd phi = matrix.partialPivLu().solve(VectorXd::Ones(points));
-  return t.weight.dot(phi) / radius;
+      2.0 / std::numbers::pi * wave * gap.asDiagonal() * wave.transpose();
+  const VectorXd kernel_at_edge =
+      2.0 / std::numbers::pi * wave * gap.cwiseProduct((radius * k).array().cos().matrix());
+  const Eigen::MatrixXd matrix =
+      Eigen::MatrixXd::Identity(points, points) - kernel * t.weight.asDiagonal();
+  Eigen::MatrixXd right = Eigen::MatrixXd::Ones(points, 2);
+  right.col(1) = (t.node / radius).array().square();
+  const Eigen::MatrixXd weighted = t.weight.asDiagonal() * matrix.partialPivLu().solve(right);
+  const auto phi = [&](Eigen::Index n) {
+    return Phi{weighted.col(n).sum() / radius, 1.0 + kernel_at_edge.dot(weighted.col(n))};
+  };
+  return {phi(0), phi(1)};
 }
 
-/// Lengths are in units of the thickness.
+/// Returns kappa, the mean of phi. Lengths are in units of the thickness.
 double factor_of_layer(double radius, double nu, int points) {
   const GaussRule k(points + static_cast<int>(40.0 * (1.0 + radius)), 22.0);  // 1 - L < 1e-15 there
   Waves waves;
@@ -236,7 +253,7 @@ double factor_of_layer(double radius, double nu, int points) {
     waves.k.push_back(k.node(j));
     waves.gap.push_back(k.weight(j) * (1.0 - layer_over_half_space(k.node(j), nu)));
   }
-  return mean_of_phi(radius, waves, points);
+  return solve_phi(radius, waves, points).flat.mean;
 }
 
 /// Rows u / cos, w / sin, shear and normal stress of four solutions for one wavenumber, at the top
@@ -287,7 +304,7 @@ double layers_over_half_space(const std::vector<PunchLayer>& layers, double k) {
   return k * top.row(1).dot(found.head<4>()) * first.youngs_modulus / (2.0 * (1.0 - nu * nu));
 }
 
-double factor_of_layers(double radius, const std::vector<PunchLayer>& layers, int points) {
+Waves waves_of_layers(double radius, const std::vector<PunchLayer>& layers, int points) {
   double bottom = 0.0;
   for (const PunchLayer& layer : layers) { bottom += layer.thickness; }
   const double end = 16.0 / layers.front().thickness;  // 1 - L < 1e-10 there
@@ -301,21 +318,73 @@ double factor_of_layers(double radius, const std::vector<PunchLayer>& layers, in
       waves.gap.push_back(k.weight(j) * (1.0 - layers_over_half_space(layers, waves.k.back())));
     }
   }
-  return mean_of_phi(radius, waves, points);
+  return waves;
+}
+
+PhiPair phi_of_layers(double radius, const std::vector<PunchLayer>& layers, int points) {
+  return solve_phi(radius, waves_of_layers(radius, layers, points), points);
+}
+
+/// Stiffness under a uniform pressure, whose transform is 2 J1(k a) / (k a).
+double uniform_factor(double radius, const std::vector<PunchLayer>& layers, int points) {
+  const Waves waves = waves_of_layers(radius, layers, points);
+  double mean = 16.0 / (3.0 * std::numbers::pi);  // of a half space, times pi E a / (1 - nu^2)
+  for (std::size_t n = 0; n < waves.k.size(); ++n) {
+    const double x = waves.k[n] * radius;
+    const double transform = 2.0 * gsl_sf_bessel_J1(x) / x;
+    mean -= waves.gap[n] * radius * transform * transform;
+  }
+  return 0.5 * std::numbers::pi / mean;
+}
+
+/// Returns a result of a quadrature with 48 points and its difference from that with 24.
+template <class Factor> PunchFactor refined(Factor factor) {
+  const double fine = factor(48);
+  return {fine, std::abs(fine - factor(24))};
+}
+
+SphereForce sphere_force(double dent, const SphericalFace& face,
+                         const std::vector<PunchLayer>& layers, int points) {
+  const double modulus = layers.front().youngs_modulus /
+                         (1.0 - layers.front().poissons_ratio * layers.front().poissons_ratio);
+  // The right-hand side is D - t^2 / R; phi(a) = 0 gives D, unless the whole face is in contact.
+  const auto dent_of = [&](const PhiPair& phi, double a) {
+    return a * a / face.tip_radius * phi.curved.edge / phi.flat.edge;
+  };
+  double low = 0.0;
+  double a = face.radius;
+  PhiPair phi = phi_of_layers(a, layers, points);
+  if (dent < dent_of(phi, a)) {
+    for (double high = a; high - low > 1e-9 * face.radius;) {
+      a = 0.5 * (low + high);
+      phi = phi_of_layers(a, layers, points);
+      (dent < dent_of(phi, a) ? high : low) = a;
+    }
+  }
+  const double mean = dent * phi.flat.mean - a * a / face.tip_radius * phi.curved.mean;
+  return {.force = 2.0 * modulus * a * mean, .contact_radius = a};
 }
 
 }  // namespace
 
 PunchFactor punch_on_layer(double radius_over_thickness, double poissons_ratio) {
-  const double coarse = factor_of_layer(radius_over_thickness, poissons_ratio, 24);
-  const double fine = factor_of_layer(radius_over_thickness, poissons_ratio, 48);
-  return {fine, std::abs(fine - coarse)};
+  return refined(
+      [&](int points) { return factor_of_layer(radius_over_thickness, poissons_ratio, points); });
 }
 
 PunchFactor punch_on_layers(double radius, const std::vector<PunchLayer>& layers) {
-  const double coarse = factor_of_layers(radius, layers, 24);
-  const double fine = factor_of_layers(radius, layers, 48);
-  return {fine, std::abs(fine - coarse)};
+  return refined([&](int points) { return phi_of_layers(radius, layers, points).flat.mean; });
+}
+
+PunchFactor uniform_pressure_on_layers(double radius, const std::vector<PunchLayer>& layers) {
+  return refined([&](int points) { return uniform_factor(radius, layers, points); });
+}
+
+SphereForce sphere_on_layers(double dent, const SphericalFace& face,
+                             const std::vector<PunchLayer>& layers) {
+  SphereForce fine = sphere_force(dent, face, layers, 48);
+  fine.uncertainty = std::abs(sphere_force(dent, face, layers, 24).force / fine.force - 1.0);
+  return fine;
 }
 
 }  // namespace palpate::reference

@@ -78,5 +78,22 @@ struct PunchLayer {
 /// The same for layers that are bonded to each other and to a rigid base, over 2 E a / (1 - nu^2)
 /// of the first layer. The radius [m] may be up to twenty thicknesses of that layer.
 PunchFactor punch_on_layers(double radius, const std::vector<PunchLayer>& layers);
+/// The same for a uniform pressure on a disc, over the mean displacement of the disc.
+PunchFactor uniform_pressure_on_layers(double radius, const std::vector<PunchLayer>& layers);
+
+/// Rigid round face whose surface is a paraboloid, as a sphere's near its axis.
+struct SphericalFace {
+  double radius = 0.0;      ///< of the face [m]
+  double tip_radius = 0.0;  ///< of curvature [m]
+};
+struct SphereForce {
+  double force = 0.0;           ///< [N]
+  double uncertainty = 0.0;     ///< difference from a coarser quadrature, relative [1]
+  double contact_radius = 0.0;  ///< at most that of the face [m]
+};
+/// Returns the force of such a face without friction at a dent [m], from the equation of Hayes et
+/// al. for layers. Their right-hand side is that of a sphere until it touches with its whole face.
+SphereForce sphere_on_layers(double dent, const SphericalFace& face,
+                             const std::vector<PunchLayer>& layers);
 
 }  // namespace palpate::reference

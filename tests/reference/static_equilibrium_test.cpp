@@ -2,6 +2,8 @@
 
 #include "reference/static_equilibrium.hpp"
 
+#include <numbers>
+
 #include "reference/exact_problems.hpp"
 #include "tests/check.hpp"
 #include "tests/reference/sample_problems.hpp"
@@ -120,6 +122,55 @@ TEST("a punch on a layer has the published stiffness, and those of a half space 
     const double slope = (punch_on_layer(6.0, nu).kappa - punch_on_layer(4.0, nu).kappa) / 2.0;
     CHECK_NEAR(slope * 2.0 * (1.0 - 2.0 * nu) / (3.14159265 * (1.0 - nu) * (1.0 - nu)), 1.0, 5e-3);
   }
+}
+
+TEST("a sphere on a deep layer has Hertz's force, and that of a flat punch beyond its face") {
+  const double a = 0.0075;
+  for (const double nu : {0.0, 0.49}) {
+    const std::vector<PunchLayer> deep{{4.0, 1e4, nu}};
+    const SphericalFace face{.radius = a, .tip_radius = 0.03};
+    const double plane = 1e4 / (1.0 - nu * nu);
+    const double full = a * a / face.tip_radius;
+    // A base at 530 radii stiffens by about a / h, 0.2 %.
+    for (const double share : {0.01, 0.3, 0.99}) {
+      const SphereForce found = sphere_on_layers(share * full, face, deep);
+      const double hertz =
+          4.0 / 3.0 * plane * std::sqrt(face.tip_radius) * std::pow(share * full, 1.5);
+      CHECK_NEAR(found.force / hertz, 1.0, 5e-3);
+      CHECK_NEAR(found.contact_radius / std::sqrt(share * full * face.tip_radius), 1.0, 5e-3);
+      CHECK(found.uncertainty < 1e-6);
+    }
+    const double more = sphere_on_layers(3.0 * full, face, deep).force;
+    const double less = sphere_on_layers(2.0 * full, face, deep).force;
+    CHECK_NEAR((more - less) / full, punch_on_layers(a, deep).kappa * 2.0 * plane * a,
+               1e-6 * plane * a);
+  }
+}
+
+TEST("the force of a sphere grows with its dent as that of a flat punch of its contact") {
+  // dF/dD at the equilibrium of the contact's edge, on a layer of one radius.
+  const std::vector<PunchLayer> layer{{0.0075, 1e4, 0.4}};
+  const SphericalFace face{.radius = 0.0075, .tip_radius = 0.03};
+  for (const double dent : {2e-4, 6e-4}) {
+    constexpr double small = 1e-6;
+    const double slope = (sphere_on_layers(dent + small, face, layer).force -
+                          sphere_on_layers(dent - small, face, layer).force) /
+                         (2.0 * small);
+    const double a = sphere_on_layers(dent, face, layer).contact_radius;
+    const double punch = punch_on_layers(a, layer).kappa * 2.0 * 1e4 * a / (1.0 - 0.16);
+    CHECK_NEAR(slope / punch, 1.0, 1e-4);
+  }
+}
+
+TEST("a uniform pressure on a deep layer has the mean displacement of the closed form") {
+  // 3 pi^2 E a / (16 (1 - nu^2)); on a layer it is stiffer, and never as stiff as a rigid face.
+  const double a = 0.0075;
+  const double half_space = 3.0 * std::numbers::pi * std::numbers::pi / 32.0;
+  CHECK_NEAR(uniform_pressure_on_layers(a, {{4.0, 1e4, 0.3}}).kappa / half_space, 1.0, 4e-3);
+  const PunchFactor layer = uniform_pressure_on_layers(a, {{a, 1e4, 0.3}});
+  CHECK(layer.kappa > half_space);
+  CHECK(layer.kappa < punch_on_layers(a, {{a, 1e4, 0.3}}).kappa);
+  CHECK(layer.uncertainty < 1e-6);
 }
 
 TEST("a punch on layers has the stiffness of one layer if they are alike") {
