@@ -152,24 +152,26 @@ double NeedleTrack::energy_at(std::size_t interval, std::size_t stretch, double 
   return toe.work(toe.dent(force)) - 0.5 * (toe.continuum - soft) * force * force;
 }
 
-double TrackDent::phi_of(double force) const {
-  const auto last = static_cast<double>(phi.size() - 2);
-  const double n = std::clamp(std::floor(force / step), 0.0, last);
-  const auto at = static_cast<std::size_t>(n);
-  return std::lerp(phi[at], phi[at + 1], force / step - n);
+namespace {
+
+/// Returns y at x between points with ascending x: linear, also beyond the first and the last.
+double on_polygon(const std::vector<double>& x, const std::vector<double>& y, double at) {
+  const auto above = std::upper_bound(x.begin() + 1, x.end() - 1, at);
+  const auto n = static_cast<std::size_t>(above - x.begin());
+  return std::lerp(y[n - 1], y[n], (at - x[n - 1]) / (x[n] - x[n - 1]));
 }
 
-double TrackDent::force_of(double x) const {
-  const auto above = std::upper_bound(phi.begin() + 1, phi.end() - 1, x);
-  const double from = *std::prev(above);
-  const auto n = static_cast<double>(above - phi.begin() - 1);
-  return step * (n + (x - from) / (*above - from));
-}
+}  // namespace
 
-double TrackDent::work(double force) const {
+double TrackDent::phi_of(double at) const { return on_polygon(force, phi, at); }
+
+double TrackDent::force_of(double x) const { return on_polygon(phi, force, x); }
+
+double TrackDent::work(double at) const {
   double sum = 0.0;
-  for (double from = 0.0; from < force;) {
-    const double to = std::min(from + step, force);
+  double from = 0.0;
+  for (std::size_t n = 1; from < at; ++n) {
+    const double to = n + 1 < force.size() ? std::min(force[n], at) : at;
     sum += 0.5 * (from + to) * (phi_of(to) - phi_of(from));
     from = to;
   }
@@ -292,15 +294,20 @@ void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& tra
     track.give.push_back({tip.depth[n], tip.value[n]});
     if (!tip.of_continuum.empty()) { track.give.back().continuum = tip.of_continuum[n]; }
   }
-  if (tip.large.dent.empty()) { return; }
-  const std::size_t count = tip.large.dent.size();
-  const auto dents = [&](double depth, double step) {
-    return own_dents(scene, network, track, depth, step, count);
-  };
-  const double at_end = dents(tip.large.end, tip.large.cutting_force / double(count - 1)).back();
-  tip.large.complete(tip.depth, tip.value, dents(track.entry(), tip.large.step), at_end);
-  track.dent = {
-      .step = tip.large.step, .phi = tip.large.linear_force, .compliance = tip.large.compliance};
+  DentTable& table = tip.table;
+  if (table.dent.empty()) { return; }
+  if (!table.is_complete()) {
+    const std::size_t count = table.dent.size();
+    const auto dents = [&](double depth, double step) {
+      return own_dents(scene, network, track, depth, step, count);
+    };
+    const double at_end = dents(table.end, table.cutting_force / double(count - 1)).back();
+    table.complete(tip.depth, tip.value, dents(track.entry(), table.step), at_end);
+  }
+  track.dent = {.phi = table.linear_force, .compliance = table.compliance};
+  for (const double multiple : table.multiple) {
+    track.dent->force.push_back(multiple * table.step);
+  }
 }
 
 struct Grid {
@@ -434,13 +441,15 @@ std::vector<TrackKnot> network_knots(const Needle& needle, const SpringNetwork& 
 /// Calls add(place, force) for small parts of the unit force of a probe's face, relative to its
 /// centre [m]. Under a flat punch the force is proportional to sin(s) ds dt on a disc with the
 /// radius a sin(s), and to ds dt on a rectangle with x = b cos(s) and y = l cos(t). The other terms
-/// of the pressure are P_2n(cos(s)) and cos(2 m s) cos(2 n t) times that.
+/// of the pressure are P_2n(cos(s)) and cos(2 m s) cos(2 n t) times that, and a uniform pressure is
+/// cos(s) and sin(s) sin(t) times that.
 template <class Add>
 void for_each_part(const Probe& probe, const Eigen::VectorXd& pressure, Add add) {
   constexpr double pi = std::numbers::pi;
   constexpr int many = 240;
   const Eigen::Vector2d half = 0.5 * probe.size;
   const bool disc = probe.shape == Probe::Shape::fingertip;
+  const bool uniform = probe.face == Probe::FaceKind::uniform;
   for (int i = 0; i < many; ++i) {
     for (int j = 0; j < many; ++j) {
       const double s = pi * (i + 0.5) / many;
@@ -448,15 +457,15 @@ void for_each_part(const Probe& probe, const Eigen::VectorXd& pressure, Add add)
       if (disc) {
         const double r = half.x() * std::sin(0.5 * s);
         const double cosine = std::cos(0.5 * s);
-        double sum = 0.0;
-        for (int n = 0; n < pressure.size(); ++n) {
+        double sum = uniform ? cosine : 0.0;
+        for (int n = 0; n < pressure.size() && !uniform; ++n) {
           sum += pressure(n) * gsl_sf_legendre_Pl(2 * n, cosine);
         }
         add(Eigen::Vector2d(r * std::cos(2.0 * t), r * std::sin(2.0 * t)), std::sin(0.5 * s) * sum);
       } else {
-        double sum = 0.0;
+        double sum = uniform ? std::sin(s) * std::sin(t) : 0.0;
         int term = 0;
-        for (int m = 0; term < pressure.size(); ++m) {
+        for (int m = 0; term < pressure.size() && !uniform; ++m) {
           for (int n = 0; m + n < 5; ++n) {
             sum += pressure(term++) * std::cos(2.0 * m * s) * std::cos(2.0 * n * t);
           }

@@ -46,16 +46,16 @@ struct TrackGive {
   double continuum = 0.0;   ///< c_c, of the continuum; 0 unless a layer has a toe [m/N]
 };
 
-/// Contact on a skin with a large dent (model/EQUATIONS.md, "Large dent of a skin"): the gap is
-/// compliance x phi(T).
+/// Contact that is not linear (model/EQUATIONS.md, "Large dent of a skin", "Face of a probe"): the
+/// gap is compliance x phi(T).
 struct TrackDent {
-  double step = 0.0;                 ///< [N]
-  std::vector<double> phi{};         ///< at 0, step, 2 step ... [N]; linear between and beyond
+  std::vector<double> force{};       ///< T, ascending from 0 [N]
+  std::vector<double> phi{};         ///< at these forces [N]; linear between and beyond
   std::vector<double> compliance{};  ///< at the depths of NeedleTrack::give [m/N]
 
-  [[nodiscard]] double phi_of(double force) const;
-  [[nodiscard]] double force_of(double phi) const;
-  [[nodiscard]] double work(double force) const;  ///< integral of T over phi [N^2]
+  [[nodiscard]] double phi_of(double at) const;
+  [[nodiscard]] double force_of(double x) const;
+  [[nodiscard]] double work(double at) const;  ///< integral of T over phi [N^2]
 };
 
 struct NeedleTrack {

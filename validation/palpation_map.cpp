@@ -15,6 +15,7 @@ double stiffness_felt(const Scene& scene, const NetworkProblem& problem,
                       const reference::StaticResponse& response, const Eigen::Vector2d& place) {
   Scene there = scene;
   there.probe->entry = place;
+  there.probe->tip_radius.reset();  // the whole face is in contact
   const NeedlePath path(there, problem.network());
   Eigen::VectorXd w = Eigen::VectorXd::Zero(problem.dof());
   for (const NeedlePath::Support& support : path.supports(path.knots().front())) {

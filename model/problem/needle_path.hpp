@@ -55,44 +55,52 @@ struct ResolvedLayer {
 /// Returns the layers of a flat block; empty for other tissues.
 std::vector<ResolvedLayer> resolved_layers(const Scene& scene);
 
-/// Contact on a skin that is dented by more than its thickness (model/EQUATIONS.md, "Large dent of
-/// a skin"). Forces are multiples of `step`.
-struct LargeDent {
-  double step = 0.0;           ///< [N]
-  std::vector<double> dent{};  ///< of the continuum under each force at the skin [m]
-  double cutting_force = 0.0;  ///< of the skin [N]
-  double end = 0.0;            ///< depth of the skin's end [m]
-  double end_dent = 0.0;       ///< of the continuum under the cutting force there [m]
+/// Dents of a contact that is not linear: of a skin that is dented by more than its thickness
+/// (model/EQUATIONS.md, "Large dent of a skin"), or under a spherical fingertip ("Face of a
+/// probe"). Forces are multiples of `step`.
+struct DentTable {
+  double step = 0.0;               ///< [N]
+  std::vector<double> multiple{};  ///< ascending from 0 [1]
+  std::vector<double> dent{};      ///< of the continuum under each force at the skin [m]
+  double cutting_force = 0.0;      ///< of the skin [N]
+  double end = 0.0;                ///< depth of the skin's end [m]
+  double end_dent = 0.0;           ///< of the continuum under the cutting force there [m]
   /// phi, the force of a linear contact with the same gap, for each force [N]; linear between them
   /// and beyond. Empty until the grid's own dent is known.
   std::vector<double> linear_force{};
   std::vector<double> compliance{};  ///< gap over phi at the depths of the table [m/N]
 
-  /// Least slope of phi: no contact is rigid.
+  /// Least slope of phi in a skin: no contact is rigid.
   static constexpr double least_slope = 0.05;
-  /// Completes the law: `own` are the dents of the grid under the same forces at the skin,
-  /// `own_end` the one under the cutting force at the skin's end [m].
+  /// Sets phi for a contact with the compliance `unit` [m/N]. `own` are the dents of the grid under
+  /// the same forces [m], `least` the least slope of phi.
+  void set_gaps(double unit, const std::vector<double>& own, double least);
+  /// Completes the law of a skin: `own` are the dents of the grid under the same forces at the
+  /// skin, `own_end` the one under the cutting force at the skin's end [m].
   void complete(const std::vector<double>& depth, const std::vector<double>& lacking,
                 const std::vector<double>& own, double own_end);
+  [[nodiscard]] bool is_complete() const noexcept { return !linear_force.empty(); }
   [[nodiscard]] double phi(double force) const noexcept;  ///< [N]
   /// Returns T and its slope over phi, for a value of phi.
   [[nodiscard]] std::array<double, 2> force_of(double phi) const noexcept;
   [[nodiscard]] double work(double force) const noexcept;  ///< integral of T over phi [N^2]
+  /// Returns the compliance of the contact where it is stiffest [m/N].
+  [[nodiscard]] double least_compliance() const;
 };
 
 /// Force of a tip on the tissue between it and the contact point, which is dented by a gap
-/// (model/EQUATIONS.md, "Contact of a size"). Without a toe and a large dent the force is
+/// (model/EQUATIONS.md, "Contact of a size"). Without a toe and a table the force is
 /// gap / compliance.
 struct DentLaw {
   double compliance = 0.0;           ///< c_s, that the grid lacks [m/N]
   double continuum = 0.0;            ///< c_c, of the continuum [m/N]
   double toe = 0.0;                  ///< dent of the continuum up to which the contact stiffens [m]
-  const LargeDent* large = nullptr;  ///< of a skin; not with a toe
+  const DentTable* table = nullptr;  ///< of a skin or a sphere; not with a toe
 
   /// Slope of the force at rest as a share of 1 / c_c.
   static constexpr double slope_at_rest = 0.02;
 
-  [[nodiscard]] bool is_linear() const noexcept { return toe == 0.0 && large == nullptr; }
+  [[nodiscard]] bool is_linear() const noexcept { return toe == 0.0 && table == nullptr; }
   [[nodiscard]] double force(double gap) const noexcept;   ///< [N]
   [[nodiscard]] double slope(double gap) const noexcept;   ///< of the force over the gap [N/m]
   [[nodiscard]] double gap(double force) const noexcept;   ///< [m]
@@ -115,11 +123,11 @@ struct TipCompliance {
   double spacing = 0.0;                ///< of the planes of nodes [m]
   /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
   double excess = 0.0;
-  LargeDent large{};  ///< of the first interval of the path; without dents: none
+  DentTable table{};  ///< of the first interval of the path; without dents: none
   [[nodiscard]] double at(double place) const noexcept;
   /// Returns true if the force of every contact is proportional to its gap.
   [[nodiscard]] bool is_linear() const noexcept {
-    return of_continuum.empty() && large.linear_force.empty();
+    return of_continuum.empty() && !table.is_complete();
   }
   /// Returns the law of the contact at a place, in tissue with a toe [m], or in the skin.
   [[nodiscard]] DentLaw law(double place, double toe, bool skin) const noexcept;

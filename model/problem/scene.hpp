@@ -73,7 +73,12 @@ struct PalpationGrid {
 struct Probe {
   enum class Shape { fingertip, ultrasound } shape = Shape::fingertip;
   Eigen::Vector2d size{0.015, 0.015};  ///< fingertip: diameter; ultrasound: along x and y [m]
-  Eigen::Vector2d entry{0.0, 0.0};     ///< centre of the footprint [m]
+  /// A rigid face moves all of the skin beneath it alike; a uniform one has the same pressure
+  /// everywhere, and its displacement is the mean.
+  enum class FaceKind { rigid, uniform } face = FaceKind::rigid;
+  /// Radius of curvature of a rigid fingertip, at least the radius of the disc [m]; empty: flat.
+  std::optional<double> tip_radius{};
+  Eigen::Vector2d entry{0.0, 0.0};  ///< centre of the footprint [m]
   /// Times [s] and centres [m] of a probe that slides along the skin, instead of `entry`: linear
   /// between the times, constant before and after. Not empty, times ascend.
   std::optional<std::vector<Eigen::Vector3d>> path{};

@@ -131,6 +131,7 @@ constexpr auto words(TissueRole e) {
   return in_order(e, "tissue", "epidural-space", "dura", "bone");
 }
 constexpr auto words(Probe::Shape e) { return in_order(e, "fingertip", "ultrasound"); }
+constexpr auto words(Probe::FaceKind e) { return in_order(e, "rigid", "uniform"); }
 constexpr auto words(Drive::Kind e) {
   return in_order(e, "trajectory", "force", "falcon", "recorded");
 }
@@ -456,6 +457,10 @@ template <class Visitor, Is<Probe> T> void fields(Visitor& v, T& p) {
   v.value("shape", ProbeShape{p}, {.doc = "Shape of the footprint: a disc or a rectangle"});
   v.value("size", Edges{p.size},
           {"m", range::positive, "Fingertip: diameter; ultrasound: edges along x and y"});
+  v.value("face", p.face,
+          {.doc = "Rigid face, or uniform pressure as under a cushion or soft pulp"});
+  v.value("tip_radius", p.tip_radius,
+          {"m", range::positive, "Radius of curvature of a rigid fingertip; left out: flat"});
   v.value("entry", p.entry, {.unit = "m", .doc = "Centre of the footprint on the skin"});
   v.value("path", p.path,
           {.unit = "s, m",

@@ -459,8 +459,8 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
   /// Completes the law of a contact on a skin that is dented deeply: what the network's own dent
   /// leaves of the continuum's.
   void bend_contact(const Scene& scene) {
-    LargeDent& large = plan.tip.large;
-    if (large.dent.empty()) { return; }
+    DentTable& large = plan.tip.table;
+    if (large.dent.empty() || large.is_complete()) { return; }
     const NeedlePath path(scene, network->network());
     std::unique_ptr<NetworkSystem<Real>> list;  // explicit schemes may have no matrices
     if (!plan.integrator->implicit) {

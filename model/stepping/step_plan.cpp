@@ -547,7 +547,8 @@ void warn_of_folding(const Scene& scene, const NeedlePath& path, StepPlan& plan)
   constexpr double deep_under_face = 0.25;
   const PathInterval& first = path.tissue().front();
   if (!(first.youngs_modulus > 0.0) || first.poissons_ratio >= resists) { return; }
-  if (plan.tip.large.step > 0.0) { return; }  // a skin over soft tissue has its own law or warning
+  // A skin over soft tissue has its own law or warning.
+  if (scene.needle && plan.tip.table.step > 0.0) { return; }
   const Drive drive = scene.drive.value_or(Drive{});
   if (scene.probe && drive.is_coupled()) { return; }  // a hand decides
   double dent = plan.tip.continuum * drive.force;
@@ -586,8 +587,9 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   if (tip.spacing > 0.0) {
     warn_of_collapse(path, plan);
     warn_of_folding(scene, path, plan);
-    if (tip.large.step > 0.0 && (tip.large.dent.empty() || scene.simulation.printed.any())) {
-      tip.large.dent.clear();
+    const bool skin = tip.table.step > 0.0 && !tip.table.is_complete();
+    if (skin && (tip.table.dent.empty() || scene.simulation.printed.any())) {
+      tip.table.dent.clear();
       plan.warnings.push_back(membrane_warning(path, tip));
     }
   }
@@ -610,12 +612,19 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     stiffness += interval.friction * (end - interval.begin) / interval.friction_travel;
   }
   if (plan.tip.value.empty()) {
+    if (scene.probe && scene.probe->tip_radius) {
+      plan.warnings.emplace_back(
+          "probe.tip_radius has no effect, and the tip is flat: a spherical one needs materials on "
+          "a "
+          "grid, which are those of layers, a mesh, an image or a lattice with weights = \"cell\"");
+    }
     plan.skipped.emplace_back(
         "compliance of the contact: the grid resolves the tool, or its "
         "material is unknown");
   } else {
-    const double softest = tip.large.dent.empty() ? 1.0 : LargeDent::least_slope;
-    stiffness += 1.0 / (softest * std::ranges::min(tip.value));
+    const double softest = tip.table.dent.empty() ? 1.0 : DentTable::least_slope;
+    stiffness += 1.0 / (tip.table.is_complete() ? tip.table.least_compliance()
+                                                : softest * std::ranges::min(tip.value));
   }
   if (stiffness == 0.0) { return; }
   double mobility = 0.0;

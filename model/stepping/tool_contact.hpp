@@ -822,8 +822,8 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
     relaxation.remember(&elastic);
     soften();
   }
-  /// Computes the compliance at the current depth, and what relaxation, a toe and a large dent make
-  /// of it: the tangent at the current gap, in an implicit step at the gap before it.
+  /// Computes the compliance at the current depth, and what relaxation, a toe and a table make of
+  /// it: the tangent at the current gap, in an implicit step at the gap before it.
   void soften() noexcept {
     softness_ = compliance_.at(depth_);
     crept_ = 0.0;

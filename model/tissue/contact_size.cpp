@@ -206,6 +206,7 @@ std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers,
 }
 
 std::vector<std::array<int, 2>> face_terms(const Probe& probe) {
+  if (probe.face == Probe::FaceKind::uniform) { return {{0, 0}}; }
   constexpr int orders = 5;
   const bool round = probe.shape == Probe::Shape::fingertip;
   std::vector<std::array<int, 2>> terms;
@@ -218,6 +219,7 @@ std::vector<std::array<int, 2>> face_terms(const Probe& probe) {
 FacePressure FaceCompliance::best_pressure() const {
   const Eigen::Index others = terms.cols() - 1;
   FacePressure pressure = FacePressure::Ones(others + 1);
+  if (others == 0) { return pressure; }
   pressure.tail(others) =
       terms.bottomRightCorner(others, others).ldlt().solve(-terms.col(0).tail(others));
   return pressure;
@@ -235,6 +237,10 @@ Eigen::VectorXd face_transforms(const Probe& probe, const std::vector<std::array
   const bool round = probe.shape == Probe::Shape::fingertip;
   const double x = 0.5 * k * probe.size.x() * (round ? 1.0 : std::cos(angle));
   const double y = 0.5 * k * probe.size.y() * std::sin(angle);
+  if (probe.face == Probe::FaceKind::uniform) {
+    return Eigen::VectorXd::Constant(
+        1, round ? 2.0 * ::j1(x) / x : std::sph_bessel(0, x) * std::sph_bessel(0, y));
+  }
   std::array<double, 8> along_x{};  // of each order; as many as face_terms() has, or more
   std::array<double, 8> along_y{};
   for (int n = 0; n <= orders.back()[0]; ++n) {
@@ -287,18 +293,52 @@ FaceCompliance face_compliance(const std::vector<ColumnLayer>& layers, const Pro
   return face;
 }
 
+DentTable sphere_dents(const std::vector<ColumnLayer>& layers, const Probe& probe) {
+  constexpr int radii = 48;
+  constexpr double least = 0.03;  // of the radius of the face: a sharper sphere is too soft
+  DentTable table{.multiple = {0.0}, .dent = {0.0}};
+  Probe disc{.size = probe.size};
+  double compliance = 0.0;
+  for (int n = 0; n <= radii; ++n) {
+    disc.size = std::pow(least, 1.0 - static_cast<double>(n) / radii) * probe.size;
+    const Eigen::MatrixXd terms = face_compliance(layers, disc).terms;
+    // The sphere's displacement per unit of D, and the rest per unit of a^2 / R.
+    Eigen::MatrixXd shape = Eigen::MatrixXd::Zero(terms.rows(), 2);
+    shape(0, 0) = 1.0;
+    shape.col(1).head<2>() << -1.0 / 3.0, 1.0 / 15.0;
+    const Eigen::MatrixXd pressure = terms.ldlt().solve(shape);
+    Eigen::VectorXd edge(terms.rows());
+    for (Eigen::Index i = 0; i < edge.size(); ++i) {
+      edge(i) = std::legendre(static_cast<unsigned>(2 * i), 0.0);
+    }
+    const double curvature = disc.radius() * disc.radius() / *probe.tip_radius;
+    const double dent = -curvature * edge.dot(pressure.col(1)) / edge.dot(pressure.col(0));
+    const double force = dent * pressure(0, 0) + curvature * pressure(0, 1);
+    compliance = 1.0 / pressure(0, 0);
+    if (!(force > table.multiple.back()) || !(dent > table.dent.back())) { continue; }
+    table.multiple.push_back(force);
+    table.dent.push_back(dent);
+  }
+  table.step = table.multiple.back();
+  for (double& force : table.multiple) { force /= table.step; }
+  table.multiple.push_back(2.0);
+  table.dent.push_back(table.dent.back() + compliance * table.step);
+  return table;
+}
+
 std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure& pressure,
                                           const Eigen::Vector2d& spacing) {
   const Eigen::Vector2d half = 0.5 * probe.size;
   const double cells = (half.cwiseQuotient(spacing)).maxCoeff();
   constexpr double most = 64.0;  // points along one direction; enough for 5 cells in a radius
   const auto orders = face_terms(probe);
+  const bool is_uniform = probe.face == Probe::FaceKind::uniform;
   std::vector<ProbeFace::Point> points;
   double total = 0.0;
-  // term(orders) is a term of the pressure over the flat punch's.
-  const auto add = [&](double x, double y, double part, auto term) {
-    double share = 0.0;
-    for (std::size_t n = 0; n < orders.size(); ++n) {
+  // `uniform` is the uniform pressure over the flat punch's, term(orders) that of a term.
+  const auto add = [&](double x, double y, double part, double uniform, auto term) {
+    double share = is_uniform ? uniform : 0.0;
+    for (std::size_t n = 0; n < orders.size() && !is_uniform; ++n) {
       share += pressure(static_cast<Eigen::Index>(n)) * term(orders[n]);
     }
     points.push_back({half.cwiseProduct(Eigen::Vector2d(x, y)), part * share});
@@ -315,7 +355,7 @@ std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure
       const double u = (n / spokes / 8 + 0.5 + 0.5 * side * gauss_node[node]) / panels;
       const double r = std::sqrt(1.0 - u * u);
       const double angle = 2.0 * pi * (n % spokes + 0.5) / spokes;
-      add(r * std::cos(angle), r * std::sin(angle), gauss_weight[node],
+      add(r * std::cos(angle), r * std::sin(angle), gauss_weight[node], u,
           [&](const std::array<int, 2>& order) {
             return std::legendre(static_cast<unsigned>(2 * order[0]), u);
           });
@@ -330,9 +370,10 @@ std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure
     for (int n = 0; n < nx * ny; ++n) {
       const double s = pi * (n % nx + 0.5) / nx;
       const double t = pi * (n / nx + 0.5) / ny;
-      add(std::cos(s), std::cos(t), 1.0, [&](const std::array<int, 2>& order) {
-        return std::cos(2 * order[0] * s) * std::cos(2 * order[1] * t);
-      });
+      add(std::cos(s), std::cos(t), 1.0, std::sin(s) * std::sin(t),
+          [&](const std::array<int, 2>& order) {
+            return std::cos(2 * order[0] * s) * std::cos(2 * order[1] * t);
+          });
     }
   }
   for (ProbeFace::Point& point : points) { point.share /= total; }
@@ -619,45 +660,66 @@ double between(const std::vector<double>& depth, const std::vector<double>& valu
   return value[high - 1] + share * (value[high] - value[high - 1]);
 }
 
+/// Returns the index of the part of a table in which a value lies. The first and the last part are
+/// unbounded.
+std::size_t part_of(const std::vector<double>& ascending, double value) {
+  const auto above = std::ranges::upper_bound(ascending, value) - ascending.begin();
+  return static_cast<std::size_t>(
+      std::clamp<std::ptrdiff_t>(above - 1, 0, std::ssize(ascending) - 2));
+}
+
 /// Returns the value at a force of values at multiples of a step, linear between them and beyond.
-double at_force(const std::vector<double>& value, double step, double force) {
-  const double most = static_cast<double>(value.size() - 2);
-  const double low = std::clamp(std::floor(force / step), 0.0, most);
-  const auto n = static_cast<std::size_t>(low);
-  return value[n] + (force / step - low) * (value[n + 1] - value[n]);
+double at_force(const DentTable& table, const std::vector<double>& value, double force) {
+  const std::vector<double>& at = table.multiple;
+  const double multiple = force / table.step;
+  const std::size_t n = part_of(at, multiple);
+  return value[n] + (multiple - at[n]) / (at[n + 1] - at[n]) * (value[n + 1] - value[n]);
 }
 
 }  // namespace
 
-double LargeDent::phi(double force) const noexcept { return at_force(linear_force, step, force); }
+double DentTable::phi(double force) const noexcept { return at_force(*this, linear_force, force); }
 
-std::array<double, 2> LargeDent::force_of(double phi) const noexcept {
-  const auto above = std::ranges::upper_bound(linear_force, phi) - linear_force.begin();
-  const auto high =
-      static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(above, 1, std::ssize(linear_force) - 1));
-  const double slope = step / (linear_force[high] - linear_force[high - 1]);
-  return {static_cast<double>(high - 1) * step + slope * (phi - linear_force[high - 1]), slope};
+std::array<double, 2> DentTable::force_of(double phi) const noexcept {
+  const std::size_t n = part_of(linear_force, phi);
+  const double slope =
+      step * (multiple[n + 1] - multiple[n]) / (linear_force[n + 1] - linear_force[n]);
+  return {multiple[n] * step + slope * (phi - linear_force[n]), slope};
 }
 
-double LargeDent::work(double force) const noexcept {
+double DentTable::work(double force) const noexcept {
   double work = 0.0;
   double before = 0.0;
   for (std::size_t n = 1; n < linear_force.size() && before < force; ++n) {
     const bool last = n + 1 == linear_force.size();
-    const double to = last ? force : std::min(force, static_cast<double>(n) * step);
-    work += 0.5 * (linear_force[n] - linear_force[n - 1]) / step * (to * to - before * before);
+    const double to = last ? force : std::min(force, multiple[n] * step);
+    work += 0.5 * (linear_force[n] - linear_force[n - 1]) /
+            (step * (multiple[n] - multiple[n - 1])) * (to * to - before * before);
     before = to;
   }
   return work;
 }
 
-void LargeDent::complete(const std::vector<double>& depth, const std::vector<double>& lacking,
-                         const std::vector<double>& own, double own_end) {
+double DentTable::least_compliance() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t n = 1; n < linear_force.size(); ++n) {
+    least = std::min(
+        least, (linear_force[n] - linear_force[n - 1]) / (step * (multiple[n] - multiple[n - 1])));
+  }
+  return least * std::ranges::min(compliance);
+}
+
+void DentTable::set_gaps(double unit, const std::vector<double>& own, double least) {
   linear_force = {0.0};
   for (std::size_t n = 1; n < dent.size(); ++n) {
-    const double least = linear_force.back() + least_slope * step;
-    linear_force.push_back(std::max(least, (dent[n] - own[n]) / lacking.front()));
+    const double more = least * step * (multiple[n] - multiple[n - 1]);
+    linear_force.push_back(std::max(linear_force.back() + more, (dent[n] - own[n]) / unit));
   }
+}
+
+void DentTable::complete(const std::vector<double>& depth, const std::vector<double>& lacking,
+                         const std::vector<double>& own, double own_end) {
+  set_gaps(lacking.front(), own, least_slope);
   // Through the skin the dents change as in small deformation, but to the end's.
   const double force = phi(cutting_force);
   if (!(force > 0.0)) {  // a tip that cuts without force dents nothing
@@ -676,13 +738,13 @@ void LargeDent::complete(const std::vector<double>& depth, const std::vector<dou
 }
 
 double DentLaw::force(double gap) const noexcept {
-  if (large != nullptr) { return large->force_of(gap / compliance)[0]; }
+  if (table != nullptr) { return table->force_of(gap / compliance)[0]; }
   if (toe == 0.0) { return gap / compliance; }
   return gap > 0.0 ? at_dent(dent(gap)) : gap * slope(0.0);
 }
 
 double DentLaw::slope(double gap) const noexcept {
-  if (large != nullptr) { return large->force_of(gap / compliance)[1] / compliance; }
+  if (table != nullptr) { return table->force_of(gap / compliance)[1] / compliance; }
   if (toe == 0.0) { return 1.0 / compliance; }
   const double share = std::min(dent(std::max(gap, 0.0)) / toe, 1.0);
   const double of_dent = (slope_at_rest + (1.0 - slope_at_rest) * share) / continuum;
@@ -690,7 +752,7 @@ double DentLaw::slope(double gap) const noexcept {
 }
 
 double DentLaw::gap(double force) const noexcept {
-  if (large != nullptr) { return compliance * large->phi(force); }
+  if (table != nullptr) { return compliance * table->phi(force); }
   if (toe == 0.0) { return compliance * force; }
   const double flat = continuum * force;  // dent of a flat punch
   const double straight = flat - 0.5 * (1.0 + slope_at_rest) * toe;
@@ -704,7 +766,7 @@ double DentLaw::gap(double force) const noexcept {
 
 double DentLaw::energy(double gap) const noexcept {
   const double tip = force(gap);
-  if (large != nullptr) { return compliance * large->work(tip); }
+  if (table != nullptr) { return compliance * table->work(tip); }
   if (toe == 0.0) { return 0.5 * compliance * tip * tip; }
   const double all = dent(std::max(gap, 0.0));
   const double bent = std::min(all, toe);
@@ -719,8 +781,8 @@ double TipCompliance::at(double place) const noexcept { return between(depth, va
 
 DentLaw TipCompliance::law(double place, double toe, bool skin) const noexcept {
   if (value.empty()) { return {}; }
-  if (skin && !large.linear_force.empty()) {
-    return {.compliance = between(depth, large.compliance, place), .large = &large};
+  if (skin && table.is_complete()) {
+    return {.compliance = between(depth, table.compliance, place), .table = &table};
   }
   return {at(place), toe > 0.0 ? between(depth, of_continuum, place) : 0.0, toe};
 }
@@ -758,7 +820,7 @@ std::vector<double> depths_of(const NeedlePath& path, const std::vector<double>&
 /// Returns the dents of a first layer that is dented deeper than it is thick before it is cut, and
 /// is stiff enough to resist by its tension. Without dents, but with a step, the contact cannot
 /// follow such a dent: the layer is too soft, or its force is out of reach of the layers' law.
-LargeDent large_dent(const std::vector<PathInterval>& intervals, double slope,
+DentTable large_dent(const std::vector<PathInterval>& intervals, double slope,
                      const std::vector<ColumnLayer>& layers, double radius,
                      const std::vector<double>& continuum, const TipCompliance& tip) {
   constexpr int steps = 8;
@@ -768,7 +830,7 @@ LargeDent large_dent(const std::vector<PathInterval>& intervals, double slope,
   const double force = std::max(skin.puncture_force, skin.cutting_force);
   const double thickness = (skin.end - skin.begin) * slope;
   if (!std::isfinite(force) || !(force * tip.continuum > thickness)) { return {}; }
-  LargeDent large{.step = force / steps, .cutting_force = skin.cutting_force, .end = skin.end};
+  DentTable large{.step = force / steps, .cutting_force = skin.cutting_force, .end = skin.end};
   if (skin.youngs_modulus < least_contrast * intervals[1].youngs_modulus) { return large; }
   std::vector<double> forces{1e-3 * large.step};  // small deformation first
   for (int n = 1; n <= steps; ++n) { forces.push_back(n * large.step); }
@@ -776,11 +838,12 @@ LargeDent large_dent(const std::vector<PathInterval>& intervals, double slope,
   if (dents.empty()) { return large; }
   // Rings of finite size lack compliance close to the tip.
   const double missing = tip.continuum - dents[0] / forces[0];
-  large.dent = {0.0};
+  large.multiple = large.dent = {0.0};
   for (std::size_t n = 1; n < dents.size(); ++n) {
+    large.multiple.push_back(static_cast<double>(n));
     large.dent.push_back(dents[n] + missing * forces[n]);
   }
-  large.end_dent = at_force(large.dent, large.step, skin.cutting_force) +
+  large.end_dent = at_force(large, large.dent, skin.cutting_force) +
                    (between(tip.depth, continuum, skin.end) - tip.continuum) * skin.cutting_force;
   return large;
 }
@@ -795,6 +858,7 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   const double radius = scene.needle ? 0.5 * scene.needle->diameter : scene.probe->radius();
   TipCompliance tip{.spacing = grid->spacing.z()};
   std::vector<double> continuum;
+  constexpr double least_share = 0.01;  // of c_continuum at the skin
   double negligible = 0.0;
   for (const Column& column : columns) {
     const std::vector<double> depths =
@@ -808,7 +872,7 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
     if (continuum.empty()) {
       tip.continuum = there[0];
       tip.grid = planes[0].own;
-      negligible = 0.01 * tip.continuum;
+      negligible = least_share * tip.continuum;
     }
     std::size_t plane = 0;
     for (std::size_t n = 0; n < depths.size(); ++n) {
@@ -826,15 +890,17 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
     continuum.insert(continuum.end(), there.begin(), there.end());
   }
   // The contact of a sliding face is never rigid, because the tissue at its edge enters at once,
-  // nor is one with a toe.
+  // nor is one with a toe or of a sphere.
   const bool toe = std::ranges::any_of(
       intervals_, [](const PathInterval& part) { return part.indentation_toe > 0.0; });
-  if (!(std::ranges::max(tip.value) > negligible) && !sliding_face_ && !toe) {
+  const bool sphere = scene.probe && scene.probe->tip_radius;
+  const bool soft = sliding_face_ || toe || sphere;
+  if (!(std::ranges::max(tip.value) > negligible) && !soft) {
     tip.depth.clear();
     tip.value.clear();
     return tip;
   }
-  double least = sliding_face_ || toe ? negligible : std::numeric_limits<double>::infinity();
+  double least = soft ? negligible : std::numeric_limits<double>::infinity();
   for (const double value : tip.value) {
     if (value > 0.0) { least = std::min(least, value); }
   }
@@ -843,8 +909,17 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
   for (std::size_t n = 0; toe && n < continuum.size(); ++n) {
     tip.of_continuum.push_back(std::max(continuum[n], tip.value[n]));
   }
+  if (sphere) {
+    tip.table = sphere_dents(columns[0].layers, *scene.probe);
+    std::vector<double> own;
+    for (const double multiple : tip.table.multiple) {
+      own.push_back(tip.grid * multiple * tip.table.step);
+    }
+    tip.table.set_gaps(tip.continuum, own, least_share);
+    tip.table.compliance = {tip.continuum};
+  }
   if (scene.needle && !toe) {
-    tip.large = large_dent(intervals_, direction_.z(), columns[0].layers, radius, continuum, tip);
+    tip.table = large_dent(intervals_, direction_.z(), columns[0].layers, radius, continuum, tip);
   }
   return tip;
 }

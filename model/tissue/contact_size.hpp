@@ -33,8 +33,9 @@ std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, double r
 
 /// Returns the orders of the terms of a face's pressure, in the order of FacePressure: {n, 0} is
 /// the Legendre polynomial P_2n of a disc, {m, n} the product T_2m(x) T_2n(y) of Chebyshev
-/// polynomials of a rectangle, both times the pressure of a flat punch (model/EQUATIONS.md,
-/// "Contact of a size"). The first term is the flat punch's; it alone has a force.
+/// polynomials of a rectangle, both times the pressure of a flat punch (model/EQUATIONS.md, "Face
+/// of a probe"). The first term is the flat punch's; it alone has a force. A uniform pressure is
+/// the only term of its face.
 std::vector<std::array<int, 2>> face_terms(const Probe& probe);
 
 /// Axial compliance of a probe's face on layers [m/N]. An entry is the mean displacement with the
@@ -42,12 +43,16 @@ std::vector<std::array<int, 2>> face_terms(const Probe& probe);
 struct FaceCompliance {
   Eigen::MatrixXd terms{};
 
-  /// Returns the pressure of unit force with which the face is stiffest. A rigid face is stiffer
-  /// than any given pressure (minimum of the complementary energy).
+  /// Returns the pressure of unit force with which the face is stiffest, or the only term. A rigid
+  /// face is stiffer than any given pressure (minimum of the complementary energy).
   [[nodiscard]] FacePressure best_pressure() const;
   [[nodiscard]] double at(const FacePressure& pressure) const;
 };
 FaceCompliance face_compliance(const std::vector<ColumnLayer>& layers, const Probe& probe);
+
+/// Returns the forces and dents of layers under a fingertip with a tip_radius, without gaps: from
+/// no contact over ascending contact radii to that of the whole face, then as a flat punch.
+DentTable sphere_dents(const std::vector<ColumnLayer>& layers, const Probe& probe);
 
 /// Returns the points of a probe's face for nodes with these distances [m].
 std::vector<ProbeFace::Point> face_points(const Probe& probe, const FacePressure& pressure,

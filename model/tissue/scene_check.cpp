@@ -217,6 +217,23 @@ void check_path(const Scene& scene, const Probe& probe, bool sound, Rules& rules
   }
 }
 
+/// Checks the curvature of a probe's tip. `sound` as in check_map.
+void check_tip_radius(const Probe& probe, bool sound, Rules& rules) {
+  const auto must = [&](bool holds, const std::string& wrong) {
+    rules.must(holds, "probe.tip_radius", number_in_words(*probe.tip_radius) + " m; " + wrong);
+  };
+  must(probe.shape == Probe::Shape::fingertip,
+       "only a round face is spherical: must be left out, or probe.shape be \"fingertip\"");
+  must(probe.face == Probe::FaceKind::rigid,
+       "a face of uniform pressure has no shape: must be left out, or probe.face be \"rigid\"");
+  must(!probe.path,
+       "a sliding face is flat: must be left out, or probe.entry given instead of probe.path");
+  if (!sound || probe.shape != Probe::Shape::fingertip) { return; }
+  must(*probe.tip_radius >= 0.5 * probe.size.x(),
+       "must be at least half of probe.size, " + number_in_words(0.5 * probe.size.x()) +
+           " m: a narrower sphere has no face of this diameter");
+}
+
 void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
   Rules ranges;
   RangeCheck(ranges, "").table("probe", probe);
@@ -229,6 +246,7 @@ void check_probe(const Scene& scene, const Probe& probe, Rules& rules) {
     check_entry(scene, probe.entry, 0.5 * probe.size, "probe.entry", rules);
   }
   if (probe.map) { check_map(scene, probe, sound, rules); }
+  if (probe.tip_radius) { check_tip_radius(probe, sound, rules); }
 }
 
 /// Returns an upper limit on the number of pauses of an intermittent drive in the whole duration.

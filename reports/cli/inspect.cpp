@@ -106,9 +106,10 @@ Json needle_facts(const Needle& needle, const NeedlePath& path) {
 Json probe_facts(const Probe& probe, const NeedlePath& path) {
   const bool round = probe.shape == Probe::Shape::fingertip;
   return object("kind", "probe", "shape", scene_word(probe.shape), "size_m",
-                values_in(probe.size.head(round ? 1 : 2)), "entry_m", values_in(probe.centre(0.0)),
-                "mass_kg", probe.mass, "nodes_beneath", path.knots().front().count, "on",
-                path.intervals().front().label);
+                values_in(probe.size.head(round ? 1 : 2)), "face", scene_word(probe.face),
+                "tip_radius_m", probe.tip_radius ? Json(*probe.tip_radius) : Json(nullptr),
+                "entry_m", values_in(probe.centre(0.0)), "mass_kg", probe.mass, "nodes_beneath",
+                path.knots().front().count, "on", path.intervals().front().label);
 }
 
 /// c = w.K^-1 w at the first contact point (EQUATIONS.md, "Needle tip").

@@ -199,7 +199,7 @@ TEST("the law of a large dent is the model's, with the dents of the grid compute
   scene.materials[0].youngs_modulus = 1e6;
   scene.materials[1].youngs_modulus = 10e3;
   scene.simulation.integrator = "implicit-euler";
-  const LargeDent large = Simulation(scene).plan().tip.large;
+  const DentTable large = Simulation(scene).plan().tip.table;
   const NeedleTrack track = track_of(scene);
   REQUIRE(track.dent.has_value());
   REQUIRE(track.dent->phi.size() == large.linear_force.size());

@@ -38,6 +38,9 @@ Capabilities needs_of(const Scene& scene, const SpringNetwork& network) {
   if (std::ranges::any_of(scene.materials, changes)) {
     throw CannotDo("only the model changes materials during a run");
   }
+  if (scene.probe && (scene.probe->face != Probe::FaceKind::rigid || scene.probe->tip_radius)) {
+    throw CannotDo("only the model has probes with probe.face = \"uniform\" or probe.tip_radius");
+  }
   Capabilities needs = 0;
   const auto add = [&](bool needed, Capabilities bit) { needs |= needed ? bit : 0; };
   add(!network.springs.empty(), PALPATE_CAN_SPRINGS);

@@ -321,6 +321,22 @@ TEST("a probe lies on the skin as a whole") {
   accepts(scene);
 }
 
+TEST("a spherical tip is round, rigid, at rest on the skin and not narrower than its face") {
+  Scene scene = with_probe();
+  scene.probe->tip_radius = 0.5 * scene.probe->size.x();
+  accepts(scene);
+  refuses(scene, "probe.tip_radius", "must be > 0", [](Scene& s) { s.probe->tip_radius = -0.01; });
+  refuses(scene, "probe.tip_radius", "at least half of probe.size, 0.0075 m",
+          [](Scene& s) { s.probe->tip_radius = 0.0074; });
+  refuses(scene, "probe.tip_radius", "probe.shape be \"fingertip\"",
+          [](Scene& s) { s.probe->shape = Probe::Shape::ultrasound; });
+  refuses(scene, "probe.tip_radius", "probe.face be \"rigid\"",
+          [](Scene& s) { s.probe->face = Probe::FaceKind::uniform; });
+  refuses(scene, "probe.tip_radius", "probe.entry given instead of probe.path", [](Scene& s) {
+    s.probe->path = {{0.0, 0.0, 0.0}};
+  });
+}
+
 TEST("the path of a probe ascends in time and stays on the skin") {
   Scene scene = with_probe();
   scene.probe->path = {{0.0, -0.002, 0.0}, {1.0, 0.002, 0.001}};

@@ -106,7 +106,7 @@ TEST(
   scene.materials[1].youngs_modulus = 20e3;
   scene.simulation.integrator = "implicit-euler";
   const Simulation simulation(scene);
-  const LargeDent& large = simulation.plan().tip.large;
+  const DentTable& large = simulation.plan().tip.table;
   CHECK(!mentions(simulation.plan().warnings, "is dented by about"));
   REQUIRE(large.linear_force.size() == 9);
   for (std::size_t n = 1; n < 9; ++n) { CHECK(large.linear_force[n] > large.linear_force[n - 1]); }
@@ -114,10 +114,10 @@ TEST(
   // Explicit schemes have the same law.
   scene.simulation.integrator = "velocity-verlet";
   const Simulation explicit_one(scene);
-  const LargeDent& same = explicit_one.plan().tip.large;
+  const DentTable& same = explicit_one.plan().tip.table;
   REQUIRE(same.linear_force.size() == 9);
   CHECK_NEAR(same.linear_force[8], large.linear_force[8], 1e-5 * large.linear_force[8]);
-  const auto law_of = [&] { return plan_of(scene).tip.large.dent.size(); };
+  const auto law_of = [&] { return plan_of(scene).tip.table.dent.size(); };
   CHECK(law_of() == 9);
   scene.materials[0].cutting_force = 0.1;  // cut before the dent is as deep
   CHECK(law_of() == 0);
@@ -224,6 +224,19 @@ TEST("a plan warns of deep dents in tissue that hardly resists collapse") {
   CHECK(mentions(plan_of(scene).warnings, warning));
   scene.drive->depth = 0.001;
   CHECK(!mentions(plan_of(scene).warnings, warning));
+}
+
+TEST("a plan warns of a spherical tip on a tissue whose materials are unknown") {
+  Scene scene;
+  scene.tissue.lattice = {.nodes = {7, 7, 7}, .spacing = 0.005, .material = "gel"};
+  scene.materials = {{.name = "gel", .youngs_modulus = 1e4, .density = 1e3}};
+  scene.probe = Probe{.size = {0.006, 0.006}, .tip_radius = 0.005};
+  CHECK(!mentions(plan_of(scene).warnings, "probe.tip_radius has no effect"));
+  CHECK(!plan_of(scene).tip.is_linear());
+  scene.tissue.lattice.weights = LatticeWeights::uniform;
+  scene.tissue.lattice.material.clear();
+  CHECK(mentions(plan_of(scene).warnings, "probe.tip_radius has no effect"));
+  CHECK(plan_of(scene).tip.is_linear());
 }
 
 TEST("a plan warns of layers that whole cells make deeper, and of thin bodies under a probe") {

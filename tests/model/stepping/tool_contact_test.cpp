@@ -331,6 +331,43 @@ TEST("a probe has no cutting, friction or lateral force") {
   CHECK(run.names() == "contact");
 }
 
+TEST("a spherical fingertip at rest has one force, whatever the scheme, the drive and relaxation") {
+  for (const bool relaxes : {false, true}) {
+    Scene scene = layered_scene();
+    scene.needle.reset();
+    scene.probe = Probe{.size = {0.006, 0.006}, .tip_radius = 0.004};
+    for (Material& material : scene.materials) {
+      if (relaxes) { material.relaxation = {{0.5, 0.02}}; }
+    }
+    constexpr double depth = 4e-4;
+    std::vector<double> forces;
+    for (const char* scheme : {"velocity-verlet", "implicit-euler"}) {
+      Scene pressed = timed(scene, 0.6, 1e-3, scheme);
+      pressed.drive = Drive{.speed = 0.01, .depth = depth, .hold = 1.0};
+      Insertion run(pressed);
+      run.run([&] { CHECK(run.tool.forces.stiffness >= 0.0); });
+      CHECK(run.names() == "contact");
+      forces.push_back(run.tool.forces.stiffness);
+      // The same force by the hand gives the same depth.
+      pressed.drive = Drive{
+          .kind = Drive::Kind::force, .force = forces.back(), .rise = 0.1, .hand_viscosity = 5.0};
+      pressed.probe->mass = 0.01;
+      Insertion pushed(pressed);
+      pushed.run();
+      CHECK_NEAR(pushed.tool.place / depth, 1.0, 0.01);
+    }
+    CHECK_NEAR(forces[1] / forces[0], 1.0, 2e-3);
+    // A flat face at the same depth has more than one and a half times the force of a sphere of
+    // half a space, 2 E A D / (1 - nu^2) over 4 E sqrt(R) D^1.5 / (3 (1 - nu^2)).
+    scene.probe->tip_radius.reset();
+    Scene flat = timed(scene, 0.6, 1e-3, "implicit-euler");
+    flat.drive = Drive{.speed = 0.01, .depth = depth, .hold = 1.0};
+    Insertion run(flat);
+    run.run();
+    CHECK(run.tool.forces.stiffness > 1.5 * forces[0]);
+  }
+}
+
 TEST("every scheme that may carry a tool gives the same force, to its order") {
   const auto scene = [](const char* name, int substeps) {
     Scene quick = timed(layered_scene(), 0.1, 1e-3, name, substeps);

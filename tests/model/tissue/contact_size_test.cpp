@@ -2,6 +2,8 @@
 
 #include "model/tissue/contact_size.hpp"
 
+#include <numbers>
+
 #include "model/tissue/lattice.hpp"
 #include "model/tissue/network_builder.hpp"
 #include "reference/static_equilibrium.hpp"
@@ -13,6 +15,7 @@ using namespace palpate;
 
 constexpr double modulus = 1e4;
 constexpr double a = 0.8255e-3;  // 16 gauge
+using std::numbers::pi;
 
 GridColumn column(double h, double nu, int layers) {
   CellMaterial material{.youngs_modulus = modulus};
@@ -132,6 +135,115 @@ TEST("a rigid disc on a layer has the published stiffness, and a rectangle that 
   CHECK_NEAR(1.0 / face.at(face.best_pressure()) / same_area, 1.0212, 0.005);
 }
 
+TEST("a uniform pressure on a half space moves its face by the mean of the closed form") {
+  // Disc: 3 pi^2 E a / (16 (1 - nu^2)); square of side l: 0.473 (1 - nu^2) F / (E l) per unit force
+  // (K. L. Johnson, Contact Mechanics, 1985, ch. 3). The base at 300 radii stiffens by 0.4 %.
+  const double nu = 0.25;
+  const std::vector<ColumnLayer> deep{{300.0 * a, modulus, nu}};
+  const Probe disc{.size = {2.0 * a, 2.0 * a}, .face = Probe::FaceKind::uniform};
+  const FaceCompliance face = face_compliance(deep, disc);
+  const double exact = 3.0 * pi * pi * modulus * a / (16.0 * (1.0 - nu * nu));
+  CHECK(face.terms.size() == 1);
+  CHECK_NEAR(1.0 / face.at(face.best_pressure()) / exact, 1.0, 5e-3);
+  // On layers, against the quadrature of the reference.
+  const double layered = face_compliance({{0.001, 1e6, 0.48}, {0.023, 5e3, 0.49}},
+                                         {.size = {0.015, 0.015}, .face = Probe::FaceKind::uniform})
+                             .terms(0, 0);
+  const double kappa =
+      reference::uniform_pressure_on_layers(0.0075, {{0.001, 1e6, 0.48}, {0.023, 5e3, 0.49}}).kappa;
+  CHECK_NEAR(layered * kappa * 2.0 * 1e6 * 0.0075 / (1.0 - 0.48 * 0.48), 1.0, 1e-3);
+}
+
+/// Law of a fingertip on layers without a grid.
+DentTable sphere_alone(const std::vector<ColumnLayer>& layers, const Probe& probe) {
+  DentTable table = sphere_dents(layers, probe);
+  table.set_gaps(1e-3, std::vector<double>(table.dent.size(), 0.0), 1e-6);
+  table.compliance = {1e-3};
+  return table;
+}
+
+TEST("a spherical fingertip on a half space has Hertz's force, and then that of a flat punch") {
+  const double radius = 0.0075;
+  for (const double tip : {0.0075, 0.02}) {
+    for (const double nu : {0.25, 0.49}) {
+      const DentTable table = sphere_alone({{300.0 * radius, modulus, nu}},
+                                           {.size = {0.015, 0.015}, .tip_radius = tip});
+      const DentLaw law{.compliance = 1e-3, .table = &table};
+      const double plane = modulus / (1.0 - nu * nu);
+      const double full = 4.0 * plane * std::pow(radius, 3) / (3.0 * tip);
+      // The base stiffens by 0.4 % at the whole face; the table is linear between contact radii
+      // 1.076 apart, by which its dents are at most 0.15 % too small: (2 / 9) ln(1.076^3)^2 / 8.
+      for (const double share : {1e-3, 3.1e-3, 1e-2, 3.3e-2, 1e-1, 0.37, 1.0}) {
+        const double hertz = std::cbrt(9.0 * std::pow(share * full / plane, 2) / (16.0 * tip));
+        CHECK_NEAR(law.gap(share * full) / hertz, 1.0, 0.01);
+      }
+      for (const double share : {1.2, 4.0}) {
+        CHECK_NEAR(law.slope(law.gap(share * full)) / (2.0 * plane * radius), 1.0, 5e-3);
+      }
+    }
+  }
+}
+
+TEST("a spherical fingertip on layers has the force of Hayes' equation") {
+  for (const bool skin : {false, true}) {
+    const double first = skin ? 0.001 : 0.004;
+    const double stiff = skin ? 1e6 : 2e4;
+    const Probe probe{.size = {0.015, 0.015}, .tip_radius = 0.03};
+    const DentTable table = sphere_alone({{first, stiff, 0.48}, {0.023, 5e3, 0.49}}, probe);
+    const DentLaw law{.compliance = 1e-3, .table = &table};
+    for (const double share : {0.03, 0.2, 0.5, 0.9, 1.5}) {
+      const double dent = share * law.gap(table.step);
+      const reference::SphereForce exact = reference::sphere_on_layers(
+          dent, {.radius = 0.0075, .tip_radius = 0.03}, {{first, stiff, 0.48}, {0.023, 5e3, 0.49}});
+      CHECK_NEAR(law.force(dent) / exact.force, 1.0, 0.01);
+      CHECK(exact.uncertainty < 1e-4);
+    }
+  }
+}
+
+TEST("gap, slope and energy of a spherical fingertip belong to its force, however stiff the grid") {
+  const Probe probe{.size = {0.015, 0.015}, .tip_radius = 0.02};
+  const std::vector<ColumnLayer> layers{{0.03, modulus, 0.45}};
+  const FaceCompliance face = face_compliance(layers, {.size = probe.size});
+  const double flat = face.at(face.best_pressure());
+  for (const double of_grid : {0.0, 0.6, 1.05}) {  // the last is softer than the continuum
+    DentTable table = sphere_dents(layers, probe);
+    std::vector<double> own;
+    for (const double multiple : table.multiple) {
+      own.push_back(of_grid * flat * multiple * table.step);
+    }
+    table.set_gaps(flat, own, 0.01);
+    table.compliance = {flat};
+    const DentLaw law{.compliance = flat, .table = &table};
+    const double most = law.gap(1.5 * table.step);
+    const double step = most / 20000.0;
+    double energy = 0.0;
+    double steepest = 0.0;
+    for (int n = 0; n < 20000; ++n) {
+      energy += step * law.force((n + 0.5) * step);
+      steepest = std::max(steepest, law.slope((n + 0.5) * step));
+    }
+    // The midpoint rule misses each of 49 bends by at most a step.
+    CHECK_NEAR(law.energy(most), energy, 1e-5 * energy);
+    CHECK_NEAR(table.least_compliance() * steepest, 1.0, 1e-9);
+    CHECK(table.least_compliance() > (1.0 - 1e-9) * 0.01 * flat);
+    for (const double share : {0.002, 0.11, 0.63, 1.4}) {
+      const double force = share * table.step;
+      const double gap = law.gap(force);
+      CHECK_NEAR(law.force(gap), force, 1e-12);
+      const double small = 1e-7 * gap;
+      const double slope = (law.force(gap + small) - law.force(gap - small)) / (2.0 * small);
+      CHECK_NEAR(law.slope(gap), slope, 1e-6 * slope);
+      // The grid gives the rest of the dent.
+      if (of_grid < 1.0) {
+        const double dent = gap + of_grid * flat * force;
+        CHECK_NEAR(dent / sphere_alone(layers, probe).phi(force) / 1e-3, 1.0, 1e-9);
+      }
+    }
+    CHECK_NEAR(law.slope(most) * (flat - std::min(of_grid * flat, 0.99 * flat)), 1.0, 1e-6);
+  }
+}
+
 TEST("the points of a face carry the force of its pressure") {
   for (const auto shape : {Probe::Shape::fingertip, Probe::Shape::ultrasound}) {
     const Probe probe{.shape = shape, .size = {2.0 * a, 2.0 * a}};
@@ -157,6 +269,15 @@ TEST("the points of a face carry the force of its pressure") {
       const double exact = disc ? (1.0 - share) / 3.0 + share / 5.0 : 0.5 - 0.25 * share;
       CHECK_NEAR(square / (a * a), exact, 2e-3);
     }
+    // Uniform pressure: a^2 / 4 and a^2 / 3.
+    const Probe uniform{.shape = shape, .size = probe.size, .face = Probe::FaceKind::uniform};
+    double square = 0.0;
+    for (const ProbeFace::Point& p :
+         face_points(uniform, FacePressure::Ones(1), {0.3 * a, 0.3 * a})) {
+      CHECK(p.share > 0.0);
+      square += p.share * p.place.x() * p.place.x();
+    }
+    CHECK_NEAR(square / (a * a), disc ? 0.25 : 1.0 / 3.0, 2e-3);
   }
 }
 
@@ -251,8 +372,9 @@ TEST("layers that a tip would pierce have no dent in large deformation") {
 }
 
 /// Law of a contact of 2 mm/N on a skin of 2 mm, and the dents of the grid, linear and stiffening.
-LargeDent some_large_dent(const std::vector<double>& own, double own_end) {
-  LargeDent large{.step = 1.0,
+DentTable some_large_dent(const std::vector<double>& own, double own_end) {
+  DentTable large{.step = 1.0,
+                  .multiple = {0.0, 1.0, 2.0, 3.0},
                   .dent = {0.0, 3e-3, 5e-3, 6e-3},
                   .cutting_force = 2.5,
                   .end = 2e-3,
@@ -263,9 +385,9 @@ LargeDent some_large_dent(const std::vector<double>& own, double own_end) {
 
 TEST("the grid and a contact on a skin give the dent of the continuum together") {
   const std::vector<double> own{0.0, 1e-3, 1.8e-3, 2.5e-3};
-  const LargeDent large = some_large_dent(own, 1.9e-3);
+  const DentTable large = some_large_dent(own, 1.9e-3);
   const auto law = [&](std::size_t depth) {
-    return DentLaw{.compliance = large.compliance[depth], .large = &large};
+    return DentLaw{.compliance = large.compliance[depth], .table = &large};
   };
   for (std::size_t n = 0; n < own.size(); ++n) {
     CHECK_NEAR(law(0).gap(static_cast<double>(n)) + own[n], large.dent[n], 1e-15);
@@ -275,9 +397,9 @@ TEST("the grid and a contact on a skin give the dent of the continuum together")
 }
 
 TEST("a skin that is punctured and then cut without force has a law") {
-  LargeDent large{.step = 1.0, .dent = {0.0, 3e-3, 5e-3}, .end = 2e-3};
+  DentTable large{.step = 1.0, .multiple = {0.0, 1.0, 2.0}, .dent = {0.0, 3e-3, 5e-3}, .end = 2e-3};
   large.complete({0.0, 2e-3}, {2e-3, 1.7e-3}, {0.0, 1e-3, 2e-3}, 0.0);
-  const DentLaw law{.compliance = large.compliance[1], .large = &large};
+  const DentLaw law{.compliance = large.compliance[1], .table = &large};
   CHECK_NEAR(law.compliance, 1.7e-3, 0.0);
   CHECK_NEAR(law.gap(0.0), 0.0, 0.0);
   CHECK_NEAR(law.force(law.gap(1.5)), 1.5, 1e-12);
@@ -287,8 +409,8 @@ TEST("gap, slope and energy of a contact on a skin belong to its force, however 
   // The last grid gives way by more than the continuum.
   for (const std::vector<double>& own : {std::vector<double>{0.0, 1e-3, 1.8e-3, 2.5e-3},
                                          std::vector<double>{0.0, 2e-3, 5.5e-3, 8e-3}}) {
-    const LargeDent large = some_large_dent(own, 1.9e-3);
-    const DentLaw law{.compliance = large.compliance[1], .large = &large};
+    const DentTable large = some_large_dent(own, 1.9e-3);
+    const DentLaw law{.compliance = large.compliance[1], .table = &large};
     const double most = law.gap(4.0);
     const double step = most / 20000.0;
     double energy = 0.0;
@@ -301,7 +423,7 @@ TEST("gap, slope and energy of a contact on a skin belong to its force, however 
       const double slope =
           (law.force(gap + 0.01 * step) - law.force(gap - 0.01 * step)) / (0.02 * step);
       CHECK_NEAR(law.slope(gap), slope, 1e-6 * slope);
-      CHECK(law.slope(gap) * LargeDent::least_slope * law.compliance < 1.0 + 1e-9);
+      CHECK(law.slope(gap) * DentTable::least_slope * law.compliance < 1.0 + 1e-9);
     }
     CHECK_NEAR(law.force(-1e-3), law.slope(0.0) * -1e-3, 1e-12);
   }
