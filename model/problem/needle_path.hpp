@@ -139,7 +139,7 @@ struct TipCompliance {
 /// (model/EQUATIONS.md, "Contact of a size").
 using FacePressure = Eigen::VectorXd;
 
-/// Rigid face of a probe on the skin nodes of a regular grid, one in each column of nodes.
+/// Face of a probe on the skin nodes of a regular grid, one in each column of nodes.
 struct ProbeFace {
   struct Point {
     Eigen::Vector2d place{0.0, 0.0};  ///< relative to the centre of the face [m]

@@ -136,8 +136,9 @@ TEST("a rigid disc on a layer has the published stiffness, and a rectangle that 
 }
 
 TEST("a uniform pressure on a half space moves its face by the mean of the closed form") {
-  // Disc: 3 pi^2 E a / (16 (1 - nu^2)); square of side l: 0.473 (1 - nu^2) F / (E l) per unit force
-  // (K. L. Johnson, Contact Mechanics, 1985, ch. 3). The base at 300 radii stiffens by 0.4 %.
+  // Disc: 3 pi^2 E a / (16 (1 - nu^2)) (K. L. Johnson, Contact Mechanics, 1985, ch. 3); square of
+  // side l: pi E l / (1 - nu^2) over 4 ln(1 + sqrt 2) + 4 (1 - sqrt 2) / 3, the mean of l / r over
+  // all pairs of its points. The base at 300 radii stiffens by 0.4 %.
   const double nu = 0.25;
   const std::vector<ColumnLayer> deep{{300.0 * a, modulus, nu}};
   const Probe disc{.size = {2.0 * a, 2.0 * a}, .face = Probe::FaceKind::uniform};
@@ -145,6 +146,12 @@ TEST("a uniform pressure on a half space moves its face by the mean of the close
   const double exact = 3.0 * pi * pi * modulus * a / (16.0 * (1.0 - nu * nu));
   CHECK(face.terms.size() == 1);
   CHECK_NEAR(1.0 / face.at(face.best_pressure()) / exact, 1.0, 5e-3);
+  const Probe square{.shape = Probe::Shape::ultrasound,
+                     .size = {2.0 * a, 2.0 * a},
+                     .face = Probe::FaceKind::uniform};
+  const double pairs = 4.0 * std::log(1.0 + std::sqrt(2.0)) + 4.0 * (1.0 - std::sqrt(2.0)) / 3.0;
+  const double of_square = pi * modulus * 2.0 * a / (1.0 - nu * nu) / pairs;
+  CHECK_NEAR(1.0 / face_compliance(deep, square).terms(0, 0) / of_square, 1.0, 5e-3);
   // On layers, against the quadrature of the reference.
   const double layered = face_compliance({{0.001, 1e6, 0.48}, {0.023, 5e3, 0.49}},
                                          {.size = {0.015, 0.015}, .face = Probe::FaceKind::uniform})
