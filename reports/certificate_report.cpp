@@ -884,6 +884,11 @@ void check_certificate(const Json& json, const std::string& histogram) {
   const auto granted = [&environment](const char* key, const char* begin) {
     return environment.at(key).get<std::string>().starts_with(begin);
   };
+  const std::string command = " " + json.at("command").get<std::string>() + " ";
+  require_consistent(
+      command.find(" --ordinary ") == command.npos ||
+          (!granted("scheduling", "SCHED_FIFO") && !granted("memory", "locked")),
+      "its command asks for ordinary scheduling and memory, and its environment has others");
   const bool qualified = granted("scheduling", "SCHED_FIFO") && granted("memory", "locked") &&
                          !control_late && ticks > 0;
   const Json& computed = json.at("compute_budget").at("worst_us");

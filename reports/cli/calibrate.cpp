@@ -455,6 +455,10 @@ int run_insertions(const CalibrateOptions& options) {
       };
     }
     report.result = fit_insertions(conditions, parameters, fit_options);
+  } catch (const std::invalid_argument& problem) {
+    throw InputError("--condition " + given.front().scene.file.inputs.front().string() + ": " +
+                     problem.what() +
+                     "; conditions of two recordings or more, whose forces have features");
   } catch (const Interrupted&) {
     std::fprintf(stderr, "palpate: interrupted before a fit; nothing was written\n");
     return interrupted_code;

@@ -815,13 +815,31 @@ JobResult job_from(const Json& json, std::size_t rows) {
   return job;
 }
 
-/// Throws std::runtime_error if the numbers of a result contradict each other.
-void check_result(const JobResult& job) {
+/// Throws std::runtime_error if the tested domain of a result is not that of one scene with these
+/// values of parameters.
+void check_domain(const campaign::Domain& domain, const Json& values) {
+  constexpr double rounding = 1e-9;
+  for (const auto& [key, parameter] : {std::pair{"speed_m_per_s", "drive.speed"},
+                                       std::pair{"needle_diameter_m", "needle.diameter"}}) {
+    const auto found = domain.find(key);
+    if (found == domain.end()) { continue; }
+    const auto [low, high] = found->second;
+    const double value = values.contains(parameter) ? number_from_json(values.at(parameter)) : low;
+    if (low == high && std::abs(value - low) <= rounding * low) { continue; }
+    throw std::runtime_error("domain." + std::string(key) + " = " + short_number(low) + " to " +
+                             short_number(high) + ", not the one " + parameter + " of its scene");
+  }
+}
+
+/// Throws std::runtime_error if the numbers of a result contradict each other, or the parameters
+/// of its job.
+void check_result(const JobResult& job, const Json& parameters) {
   static const std::set<std::string> known{"ok", "diverged", "unreliable", "error"};
   if (!known.contains(job.status)) {
     throw std::runtime_error("status = \"" + io::printable(job.status) + "\"");
   }
   if (job.nodes < 0) { throw std::runtime_error("nodes = " + std::to_string(job.nodes)); }
+  check_domain(job.domain, parameters);
   for (const auto& [key, range] : job.domain) {
     if (!(range[0] <= range[1])) {
       throw std::runtime_error("domain." + io::printable(key) + " ends before it begins");
@@ -831,6 +849,16 @@ void check_result(const JobResult& job) {
     const auto found = job.quantities.find(name);
     return found == job.quantities.end() ? std::nullopt : std::optional(found->second);
   };
+  constexpr double rounding = 1e-9;
+  const auto peak_depth = quantity("tool.depth_m.peak");
+  for (const auto& [key, range] : job.domain) {
+    const bool beyond = key == "depth_m" && range[1] > peak_depth.value_or(0.0) * (1.0 + rounding);
+    if (!(range[0] >= 0.0) || beyond) {
+      throw std::runtime_error("domain." + io::printable(key) + " = " + short_number(range[0]) +
+                               " to " + short_number(range[1]) +
+                               (beyond ? ", beyond tool.depth_m.peak" : ""));
+    }
+  }
   const auto final_energy = quantity("energy.final_j");
   const auto largest_energy = quantity("energy.max_j");
   if (final_energy && largest_energy && *final_energy > *largest_energy) {
@@ -849,7 +877,6 @@ void check_result(const JobResult& job) {
     }
   }
   constexpr std::string_view last = ".final";
-  constexpr double rounding = 1e-9;
   for (const auto& [name, value] : job.quantities) {
     if (!name.ends_with(last)) { continue; }
     const auto peak = job.quantities.find(name.substr(0, name.size() - last.size()) + ".peak");
@@ -922,7 +949,7 @@ void check_merged(const std::string& line, const std::string& job, const Campaig
   for (const auto& [key, value] : begun.items()) {
     if (result.at(key) != value) { throw std::runtime_error(key + " is not that of its job"); }
   }
-  check_result(job_from(result, campaign::row_count(of.design)));
+  check_result(job_from(result, campaign::row_count(of.design)), result.at("parameters"));
 }
 
 int run_merge_jobs(const MergeOptions& options) {
@@ -1112,7 +1139,7 @@ Results findings_in(std::istream& in, const std::string& name, Domain& domain) {
       }
       hash.add(line + "\n");
       results.push_back(job_from(json, rows));
-      check_result(results.back());
+      check_result(results.back(), json.at("parameters"));
       twins.add(json);
       check_parameters(json.at("parameters"), of.design);
       if (results.back().status == "ok") { campaign::widen(domain, results.back().domain); }

@@ -85,6 +85,10 @@ fs::path CommonOptions::make_folder(const std::vector<std::string>& files) const
     std::error_code absent;
     if (!file.ends_with('/')) {
       refuse_input(folder / file);
+      if (fs::is_directory(folder / file, absent)) {
+        throw InputError((folder / file).string() +
+                         ": a folder, where this command writes a file; another --out");
+      }
       continue;
     }
     for (const fs::directory_entry& each : fs::directory_iterator(folder / file, absent)) {

@@ -310,9 +310,13 @@ void check_comparison(const Json& json) {
       std::ranges::find(kinds, quantity, [](auto each) { return comparison::name_of(each); });
   require_consistent(kind != kinds.end(), "quantity \"" + quantity + "\"");
   std::map<std::string, std::map<std::string, int>> counts;
+  std::map<std::string, int> of_kind;
   const Json none = Json::array();
   for (const Json& recording : json.at("recordings")) {
-    ++counts[recording.at("group")][recording.at("verdict")];
+    std::map<std::string, int>& count = counts[recording.at("group")];
+    ++count[recording.at("verdict")];
+    ++count[recording.at("kind")];
+    ++of_kind[recording.at("kind")];
     const Json& features = recording.contains("features") ? recording.at("features") : none;
     if (features.empty()) { continue; }
     for (const comparison::Feature each : comparison::features_of(*kind)) {
@@ -337,7 +341,38 @@ void check_comparison(const Json& json) {
             group.at("not_distinguishable") == count["not distinguishable"] &&
             group.at("not_comparable") == count["not comparable"],
         "the counts of group " + group.at("group").get<std::string>());
+    const int recordings = count["measured"] + count["measured-phantom"] + count["reconstructed"];
+    require_consistent(group.at("measured") == count["measured"] &&
+                           group.at("measured_phantom") == count["measured-phantom"] &&
+                           group.at("reconstructed") == count["reconstructed"] &&
+                           group.at("recordings") == recordings &&
+                           group.at("subjects") <= recordings &&
+                           group.at("subjects_agree") <= group.at("subjects"),
+                       "the recordings of group " + group.at("group").get<std::string>());
   }
+  require_consistent(json.at("schema") == 1, "its schema");
+  const std::string verdict = json.at("verdict");
+  int left_out = 0;
+  bool all_agree = true;  // of the groups
+  for (const auto& [group, count] : counts) {
+    if (const auto found = count.find("not comparable"); found != count.end()) {
+      left_out += found->second;
+    }
+  }
+  for (const Json& group : json.at("groups")) {
+    all_agree = all_agree && group.at("verdict") == "agrees";
+  }
+  require_consistent(verdict != "agrees" || all_agree, "it agrees, and a group does not");
+  require_consistent(json.at("holds") == (verdict == "agrees" && left_out == 0),
+                     "whether it holds, and its verdict");
+  const std::string sentence = json.at("sentence");
+  const auto says = [&sentence](const char* part) { return sentence.find(part) != sentence.npos; };
+  const bool simulated = json.at("simulation").at("failure") == "";
+  require_consistent(
+      !simulated ||
+          (says("What was reconstructed is no evidence") == (of_kind["reconstructed"] > 0) &&
+           says("A phantom is no evidence") == (of_kind["measured-phantom"] > 0)),
+      "its sentence, and the kinds of its recordings");
 }
 
 /// Outcomes of comparison.json, one for each recording: comparison/KIND/NAME.

@@ -656,6 +656,9 @@ void check_summary(const Json& summary, const Trace& trace) {
   const auto refuse = [](const std::string& key) {
     throw std::runtime_error(key + " is not that of trace.h5 beside it");
   };
+  if (summary.at("schema") != 1) {
+    throw std::runtime_error("schema = " + summary.at("schema").dump() + "; 1");
+  }
   const std::optional<Peaks> peaks = peaks_of(trace);
   const auto check = [&](const char* key, std::optional<double> value) {
     if (!value) { return; }
@@ -688,6 +691,11 @@ void check_summary(const Json& summary, const Trace& trace) {
     }
   }
   if (summary.at("status") != "ok") { return; }
+  if (!summary.contains("subject") &&
+      summary.at("steps") !=
+          number_from_json(summary.at("ticks")) * number_from_json(summary.at("substeps"))) {
+    throw std::runtime_error("steps are not ticks times substeps");
+  }
   if (smallest <= 0.0) {
     throw std::runtime_error(
         "status is ok, but smallest_jacobian says that cells turned inside out");
@@ -842,7 +850,14 @@ void write_baseline(const fs::path& given, const gate::Baseline& baseline) {
   if (path.extension() == ".h5") {
     throw InputError(path.string() + ": is a name of curves; a name with another ending, as .json");
   }
-  for (const gate::AcceptedCase& accepted : baseline.cases) { check_names(accepted.outcome); }
+  for (const gate::AcceptedCase& accepted : baseline.cases) {
+    try {
+      check_names(accepted.outcome);
+    } catch (const std::runtime_error& problem) {
+      throw InputError(std::string("results.json: ") + problem.what() +
+                       "; results as palpate wrote them");
+    }
+  }
   const io::WholeWrite whole;
   const fs::path temporary = io::temporary_name(path);
   fs::path curves;

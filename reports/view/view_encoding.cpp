@@ -339,14 +339,20 @@ HeatMap nearest_values(const Eigen::Matrix2Xd& points, const Eigen::VectorXd& va
   const Eigen::Vector2d low = points.rowwise().minCoeff();
   const Eigen::Vector2d high = points.rowwise().maxCoeff();
   const double size = std::max((high - low).maxCoeff(), 1e-9) / pixels;
+  const auto places = [size](double from, double to) {
+    std::vector<double> all;
+    const int last = static_cast<int>(std::lround((to - from) / size));
+    for (int n = 0; n <= last; ++n) { all.push_back(from + n * size); }
+    return all;
+  };
   double reach = 0.0;
   for (const auto& point : points.colwise()) {
     const auto distance = (points.colwise() - point).colwise().squaredNorm();
     reach = std::max(reach, (distance.array() > 0.0).select(distance.array(), 1e300).minCoeff());
   }
   HeatMap map{.label = "displacement (mm)"};
-  for (double x = low.x(); x <= high.x() + 0.5 * size; x += size) { map.x.push_back(x); }
-  for (double z = low.y(); z <= high.y() + 0.5 * size; z += size) { map.y.push_back(z); }
+  map.x = places(low.x(), high.x());
+  map.y = places(low.y(), high.y());
   for (const double z : map.y) {
     for (const double x : map.x) {
       Eigen::Index nearest = 0;

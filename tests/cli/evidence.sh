@@ -174,6 +174,11 @@ contradicts "the uncertainty of peak" 'f["expanded_uncertainty"] = -1.0'
 contradicts "the grade of a rating" 'r["rating"]["grade"] = "good"'
 contradicts "it agrees, and its curve is rated poor" 'r["rating"].update(overall=0.1, grade="poor")'
 contradicts "the counts of group" 'g["differ"] = 1'
+contradicts "the recordings of group" 'r["kind"] = "measured-phantom" if r["kind"] != "measured-phantom" else "measured"'
+contradicts "its sentence, and the kinds" 'k = {x["kind"] for x in c["recordings"]}
+c["sentence"] = c["sentence"].replace("What was reconstructed is no evidence", "") if "reconstructed" in k else c["sentence"] + " What was reconstructed is no evidence"'
+contradicts "whether it holds" 'c["holds"] = not c["holds"]'
+contradicts "its schema" 'c["schema"] = 9'
 "$palpate" run "$scenes/oscillator.toml" --out ran --quiet >said
 "$palpate" evidence judged speeds.jsonl ran compared --context context.toml --out run.zip --quiet >said
 "$palpate" verify run.zip >said || fail "$(cat said)"

@@ -200,7 +200,8 @@ END
 }
 epidural "$out/deeper"
 contradicted "deepest_m is not that of trace.h5" '"deepest_m": [^,]*,' '"deepest_m": 0.05,'
-contradicted "the time of its steps is not that of trace.h5" '"steps": [^,]*,' '"steps": 7,'
+contradicted "steps are not ticks times substeps" '"steps": [^,]*,' '"steps": 7,'
+contradicted "the time of its steps is not that of trace.h5" '"ticks": [^,]*,\n *"steps": [^,]*,' '"ticks": 7, "steps": 7,'
 contradicted "nodes is not that of trace.h5" '"nodes": [^,]*,' '"nodes": 7,'
 contradicted "events is not that of trace.h5" '"kind": "contact"' '"kind": "puncture"'
 contradicted "energy.final_j is more than energy.max_j" '"max_j": [^\n]*' '"max_j": 1e-9'

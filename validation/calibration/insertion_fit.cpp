@@ -264,10 +264,17 @@ Outcome InsertionFit::outcome() const {
   const auto at_bound = std::ranges::count_if(fit.parameters, &FittedParameter::at_bound);
   outcome.judge_true("search converged", fit.converged, "an unfinished search has no minimum");
   outcome.judge_at_most("parameters at a bound", at_bound, 0.0, "nothing is known beyond a bound");
+  outcome.judge_at_least("parameters that the recordings tell",
+                         static_cast<double>(fit.told.size()), 1.0,
+                         "without one nothing was fitted");
   const bool predicts = std::ranges::any_of(conditions, [](const auto& c) { return !c.fitted; });
   for (const ConditionCheck& condition : conditions) {
+    const std::vector<FeatureError> errors = judged_features(condition);
+    outcome.judge_at_least(condition.name + ": features of two recordings or more",
+                           static_cast<double>(errors.size()), 1.0,
+                           "without one the condition shows nothing");
     if (condition.fitted == predicts) { continue; }
-    for (const FeatureError& one : judged_features(condition)) {
+    for (const FeatureError& one : errors) {
       outcome.judge_at_most(
           condition.name + ": " + std::string(comparison::name_of(one.feature->feature)),
           std::abs(one.deviations), FeatureError::most_deviations,

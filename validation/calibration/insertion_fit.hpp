@@ -71,9 +71,10 @@ struct InsertionFit {
   std::vector<double> misfits{};             ///< of each start, in the order tried; inf: failed
   std::size_t simulations = 0;
 
-  /// The verdict: the search converged, no parameter lies at a bound, and each feature of each
-  /// predicted condition lies within two standard deviations of its recordings; without predicted
-  /// conditions, of each fitted one.
+  /// The verdict: the search converged, the recordings tell a parameter and none lies at a bound,
+  /// every condition has a feature to judge, and each feature of each predicted condition lies
+  /// within two standard deviations of its recordings; without predicted conditions, of each fitted
+  /// one.
   [[nodiscard]] Outcome outcome() const;
 };
 

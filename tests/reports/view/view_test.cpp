@@ -429,4 +429,16 @@ TEST("pictures for print show the tissues of the section at the cut and its disp
   CHECK(*figures[0].y.minimum > *figures[0].y.maximum);  // the skin is above
 }
 
+TEST("a picture of nodes in one place, far from the origin, has few pixels") {
+  auto view = pressed_block({3, 3, 3}, 2).view();
+  view->rest.setZero();
+  view->rest.row(0).setConstant(1e6);
+  for (auto& frame : view->frames) { frame.displacement.setZero(); }
+  const std::vector<Figure> figures = still_figures(*view);
+  REQUIRE(figures.size() == 2);
+  REQUIRE(figures[1].heat_map);
+  CHECK(figures[1].heat_map->x.size() < 100);
+  CHECK(figures[1].heat_map->y.size() < 100);
+}
+
 }  // namespace PALPATE_FILE

@@ -170,6 +170,19 @@ TEST("without predicted conditions the fitted ones are judged") {
   CHECK(outcome.quantities.size() > 10);
 }
 
+TEST("a fit of nothing, and a condition without features, show nothing") {
+  InsertionFit result = fitted(conditions());
+  CHECK(result.outcome().status == Status::pass);
+  InsertionFit blind = result;
+  for (comparison::FeatureSummary& one : blind.conditions.back().comparison.groups[0].features) {
+    one.deviation = std::numeric_limits<double>::quiet_NaN();
+  }
+  CHECK(judged_features(blind.conditions.back()).empty());
+  CHECK(blind.outcome().status == Status::fail);
+  result.fit.told.clear();
+  CHECK(result.outcome().status == Status::fail);
+}
+
 TEST("a condition needs a needle that is withdrawn, and recordings with force and depth") {
   Condition one = conditions().front();
   CHECK(why_not_calibrated(one).empty());

@@ -67,10 +67,10 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
                                 std::shift_right(column.values.begin(), column.values.end(), 20);
                               }
                             }};
-  const Mutation grid_bound{.name = "springs as stiff as their spacing is long",
-                            .model = [](Scene& scene, SpringNetwork& network) {
-                              const double share = scene.tissue.block.spacing / 0.005;
-                              network.springs.change_each([&](Spring& s) { s.stiffness *= share; });
+  const Mutation grid_bound{.name = "needle that widens with the spacing",
+                            .model = [](Scene& scene, SpringNetwork&) {
+                              if (!scene.needle) { return; }
+                              scene.needle->diameter *= scene.tissue.block.spacing / 0.005;
                             }};
   const Mutation hollow{.name = "no volume terms",
                         .model = [](Scene&, SpringNetwork& network) { network.cells.clear(); }};
