@@ -569,6 +569,22 @@ void warn_of_folding(const Scene& scene, const NeedlePath& path, StepPlan& plan)
                           "and palpate run --refine measures by how much");
 }
 
+/// Warns if a spherical tip is pressed to a contact of more than half its radius of curvature, where
+/// a paraboloid is no sphere and strains are not small.
+void warn_of_curvature(const Scene& scene, StepPlan& plan) {
+  constexpr double share = 0.5;
+  if (!scene.probe || !scene.probe->tip_radius) { return; }
+  const double radius = *scene.probe->tip_radius;
+  const Drive drive = scene.drive.value_or(Drive{});
+  const double dent = drive.kind == Drive::Kind::trajectory ? end_of_trajectory(scene, drive)
+                                                            : plan.tip.continuum * drive.force;
+  // Hertz: a contact of radius a has the dent a^2 / R.
+  if (scene.probe->radius() <= share * radius || dent <= share * share * radius) { return; }
+  plan.warnings.push_back("the tip is pressed " + number(1e3 * dent) +
+                          " mm deep, more than a quarter of probe.tip_radius: its law is for "
+                          "contacts that are small against that radius");
+}
+
 /// Returns true if the force of a dent by a needle differs by more than a tenth between cells of
 /// five and of half a radius (docs/notebook/ligament-curves.md, "Dents").
 bool stiffens_too_fast_for_contact(const MaterialLaw& law) {
@@ -587,6 +603,7 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   if (tip.spacing > 0.0) {
     warn_of_collapse(path, plan);
     warn_of_folding(scene, path, plan);
+    warn_of_curvature(scene, plan);
     const bool skin = tip.table.step > 0.0 && !tip.table.is_complete();
     if (skin && (tip.table.dent.empty() || scene.simulation.printed.any())) {
       tip.table.dent.clear();

@@ -267,6 +267,19 @@ TEST("a plan warns of layers that whole cells make deeper, and of thin bodies un
   CHECK(!mentions(plan_of(scene).warnings, "inclusion"));
 }
 
+TEST("a plan warns of a spherical tip that is pressed deep against its radius") {
+  Scene scene = layered_scene();
+  scene.needle.reset();
+  scene.probe = Probe{.size = {0.012, 0.012}, .tip_radius = 0.01};
+  scene.drive = Drive{.speed = 0.01, .depth = 0.0024};
+  const std::string_view warning = "more than a quarter of probe.tip_radius";
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+  scene.drive->depth = 0.0026;
+  CHECK(mentions(plan_of(scene).warnings, warning));
+  scene.probe->tip_radius = 0.013;  // its whole face is small against it
+  CHECK(!mentions(plan_of(scene).warnings, warning));
+}
+
 TEST("a plan warns of a box under a probe whose faces lie between planes of nodes") {
   const std::string_view between = "of its edge from the next plane of nodes";
   Scene scene = layered_scene();
