@@ -535,6 +535,14 @@ class Checker : private Rules {
   }
 
   void check_beneath_skin() {
+    if (const auto sheets = column_between_sheets(scene_)) {
+      const auto& [x, y, upper, lower] = *sheets;
+      return must(false, "tissue.skin.path",
+                  "beneath " + list_of(Eigen::Vector2d(x, y)) + " m it has faces at z = " +
+                      number_in_words(upper) + " and " + number_in_words(lower) +
+                      " m, and they are not of a closed surface: where the tissue ends is unknown. "
+                      "Close the surface, or leave one sheet above the tissue");
+    }
     const double places = places_beneath_skin(scene_);
     const bool fits = places <= most_nodes;
     const auto z = scene_.tissue.skin->surface().vertex.row(2);

@@ -70,18 +70,26 @@ double squared_distance(const Vector3d& p, const Corners& t) {
   return std::min(nearest, off * off / square);
 }
 
-/// Intersections of the faces with a line along z.
+/// Intersection of a face with a line along z.
+struct Meeting {
+  double z;
+  bool open;  ///< the face belongs to a sheet, not to a closed surface
+};
+
 struct AlongZ {
   const TriangleSurface& surface;
+  const std::vector<char>& open;  ///< per face
   Vector2d at;
-  std::vector<double> meets{};
+  std::vector<Meeting> meets{};
 
   bool intersectVolume(const Box& box) const {
     return at.x() >= box.min().x() && at.x() <= box.max().x() && at.y() >= box.min().y() &&
            at.y() <= box.max().y();
   }
   bool intersectObject(int face) {
-    if (const auto z = height(corners_of(surface, face), at)) { meets.push_back(*z); }
+    if (const auto z = height(corners_of(surface, face), at)) {
+      meets.push_back({*z, open[static_cast<std::size_t>(face)] != 0});
+    }
     return false;  // continue the search
   }
 };
@@ -96,6 +104,45 @@ struct Nearest {
     return squared_distance(point, corners_of(surface, face));
   }
 };
+
+/// Returns for each face whether its part of the surface, connected by vertices, has an edge of one
+/// face alone.
+std::vector<char> open_faces(const TriangleSurface& surface) {
+  std::vector<int> part(static_cast<std::size_t>(surface.vertex.cols()));
+  std::iota(part.begin(), part.end(), 0);
+  const auto part_of = [&](int vertex) {
+    auto v = static_cast<std::size_t>(vertex);
+    while (part[v] != static_cast<int>(v)) {
+      part[v] = part[static_cast<std::size_t>(part[v])];
+      v = static_cast<std::size_t>(part[v]);
+    }
+    return v;
+  };
+  std::vector<std::array<int, 2>> edges;
+  edges.reserve(3 * surface.triangle.size());
+  for (const std::array<int, 3>& face : surface.triangle) {
+    for (std::size_t n = 0; n < 3; ++n) {
+      const int a = face[n];
+      const int b = face[(n + 1) % 3];
+      edges.push_back({std::min(a, b), std::max(a, b)});
+      part[part_of(a)] = static_cast<int>(part_of(b));
+    }
+  }
+  std::ranges::sort(edges);
+  std::vector<char> open_part(part.size(), 0);
+  for (std::size_t begin = 0; begin < edges.size();) {
+    std::size_t end = begin + 1;
+    while (end < edges.size() && edges[end] == edges[begin]) { ++end; }
+    if (end - begin == 1) { open_part[part_of(edges[begin][0])] = 1; }
+    begin = end;
+  }
+  std::vector<char> open;
+  open.reserve(surface.triangle.size());
+  for (const std::array<int, 3>& face : surface.triangle) {
+    open.push_back(open_part[part_of(face[0])]);
+  }
+  return open;
+}
 
 Tree tree_of(const TriangleSurface& surface) {
   std::vector<int> faces(surface.triangle.size());
@@ -116,12 +163,15 @@ Tree tree_of(const TriangleSurface& surface) {
 struct Skin::Parts {
   TriangleSurface surface;
   bool shapes_layers = true;
+  std::vector<char> open;  ///< per face: it belongs to a sheet
   Tree tree;
 };
 
 Skin::Skin(TriangleSurface surface, bool shapes_layers) {
   Tree tree = tree_of(surface);
-  parts_ = std::make_unique<const Parts>(Parts{std::move(surface), shapes_layers, std::move(tree)});
+  std::vector<char> open = open_faces(surface);
+  parts_ = std::make_unique<const Parts>(
+      Parts{std::move(surface), shapes_layers, std::move(open), std::move(tree)});
 }
 Skin::~Skin() = default;
 
@@ -129,15 +179,18 @@ const TriangleSurface& Skin::surface() const { return parts_->surface; }
 bool Skin::shapes_layers() const { return parts_->shapes_layers; }
 
 std::optional<Skin::Stretch> Skin::beneath(double x, double y) const {
-  AlongZ line{.surface = parts_->surface, .at = {x, y}};
+  AlongZ line{.surface = parts_->surface, .open = parts_->open, .at = {x, y}};
   Eigen::BVIntersect(parts_->tree, line);
   if (line.meets.empty()) { return {}; }
-  std::ranges::sort(line.meets);
-  Stretch stretch{.top = line.meets.front()};
+  std::ranges::sort(line.meets, {}, &Meeting::z);
+  Stretch stretch{.top = line.meets.front().z};
   // Neighbouring faces that share the intersected edge or corner count once.
-  const auto again =
-      std::ranges::find_if(line.meets, [&](double z) { return z > stretch.top + same_place; });
-  if (again != line.meets.end()) { stretch.bottom = *again; }
+  const auto again = std::ranges::find_if(
+      line.meets, [&](const Meeting& meeting) { return meeting.z > stretch.top + same_place; });
+  if (again == line.meets.end()) { return stretch; }
+  stretch.bottom = again->z;
+  stretch.between_sheets =
+      std::ranges::any_of(line.meets.begin(), std::next(again), &Meeting::open);
   return stretch;
 }
 

@@ -27,10 +27,12 @@ class Skin {
   [[nodiscard]] bool shapes_layers() const;
 
   /// Interval [m] of a line along +z below the surface, from its first to its second intersection;
-  /// it is unbounded below an open surface. Empty if the line does not intersect the surface.
+  /// it is unbounded below a single sheet. Empty if the line does not intersect the surface.
   struct Stretch {
     double top = 0.0;
     double bottom = std::numeric_limits<double>::infinity();
+    bool between_sheets =
+        false;  ///< an end is on an open surface: the end of the tissue is unknown
   };
   [[nodiscard]] std::optional<Stretch> beneath(double x, double y) const;
   /// Returns the distance from a point to the nearest point of the surface [m].

@@ -197,6 +197,18 @@ double places_beneath_skin(const Scene& scene) {
   return std::ceil((bottom - highest) / shape.spacing + 1.0) * shape.nodes[0] * shape.nodes[1];
 }
 
+std::optional<std::array<double, 4>> column_between_sheets(const Scene& scene) {
+  const LatticeShape shape = block_shape(scene);
+  const auto stretches = stretches_of_columns(*scene.tissue.skin, shape);
+  const auto found = std::ranges::find_if(stretches, &Skin::Stretch::between_sheets);
+  if (found == stretches.end()) { return {}; }
+  const auto column = static_cast<int>(found - stretches.begin());
+  const int across = cells_of(shape.nodes)[0];
+  const Vector3d corner = shape.position(column % across, column / across, 0);
+  return std::array{corner.x() + 0.5 * shape.spacing, corner.y() + 0.5 * shape.spacing, found->top,
+                    found->bottom};
+}
+
 bool layers_are_uneven(const Scene& scene) {
   return scene.tissue.source == Source::layers &&
          (layers_follow_skin(scene) || std::ranges::any_of(scene.tissue.layers, &Layer::gap));

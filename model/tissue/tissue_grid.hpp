@@ -72,6 +72,10 @@ UnevenBlock uneven_block(const Scene& scene);
 /// Returns the number of grid points of uneven_block below a skin, including empty ones.
 double places_beneath_skin(const Scene& scene);
 
+/// Returns x, y [m] of the first column of cells beneath two sheets of an open skin, and z [m] of
+/// the first two intersections there: where its tissue ends is unknown. Empty if there is none.
+std::optional<std::array<double, 4>> column_between_sheets(const Scene& scene);
+
 /// Returns the grid of a tissue with grid points without nodes; empty for other tissues.
 std::optional<NodeGrid> uneven_grid(const Scene& scene);
 

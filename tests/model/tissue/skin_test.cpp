@@ -183,6 +183,41 @@ TEST("a pit of one cell stays open though all its corners exist") {
   CHECK(build_network(whole).springs.size() - network.springs.size() == 6);
 }
 
+TriangleSurface joined(const TriangleSurface& a, const TriangleSurface& b) {
+  TriangleSurface both = a;
+  const auto before = static_cast<int>(a.vertex.cols());
+  both.vertex.resize(3, before + b.vertex.cols());
+  both.vertex << a.vertex, b.vertex;
+  for (const auto& [i, j, k] : b.triangle) {
+    both.triangle.push_back({i + before, j + before, k + before});
+  }
+  return both;
+}
+
+TEST("several sheets of an open surface above one column are refused, closed surfaces are not") {
+  const auto sheet = [](double z) {
+    return patch_surface({0.03, 0.03}, 8, [z](double, double) { return z; });
+  };
+  const auto refusal_of = [](TriangleSurface surface) {
+    return refusal(layered(std::make_shared<const Skin>(std::move(surface), true)));
+  };
+  CHECK(refusal_of(sheet(0.0)).empty());
+  CHECK_CONTAINS(
+      refusal_of(joined(sheet(0.0), sheet(0.004))),
+      "tissue.skin.path: beneath [-0.01, -0.008] m it has faces at z = 0 and 0.004 m, and "
+      "they are not of a closed surface");
+  const TriangleSurface body = box_surface({-0.02, -0.02, 0.001}, {0.02, 0.02, 0.015});
+  CHECK(refusal_of(body).empty());
+  CHECK_CONTAINS(refusal_of(joined(sheet(0.0), body)), "at z = 0 and 0.001 m");
+  CHECK_CONTAINS(refusal_of(joined(body, sheet(0.008))), "at z = 0.001 and 0.008 m");
+  CHECK(refusal_of(joined(body, sheet(0.018))).empty());  // below the end of the tissue
+  TriangleSurface pierced = body;
+  pierced.triangle.pop_back();
+  CHECK_CONTAINS(refusal_of(pierced), "they are not of a closed surface");
+  const auto turned = [](double x, double) { return 0.004 - 0.1 * x; };
+  CHECK(refusal(layered(patch(turned))).empty());
+}
+
 TEST("scenes that a skin makes impossible are refused by name") {
   CHECK_CONTAINS(refusal(layered(patch([](double, double) { return 0.5; }))),
                  "tissue.skin.path: no cell of the block");
