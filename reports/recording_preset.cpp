@@ -227,6 +227,11 @@ RecordingPreset preset_from(const std::string& json, const std::string& place) {
   keys.text("group", preset.group);
   keys.text("subject", preset.subject);
   const std::vector<std::string> known = field_names(preset.file_name, "file_name", keys);
+  for (const std::string& name : known) {
+    if (std::ranges::count(known, name) == 1) { continue; }
+    keys.refuse("file_name = \"" + io::printable(preset.file_name) + "\": {" + io::printable(name) +
+                "} is given twice; every field must have a name of its own");
+  }
   for (const auto& [key, text] :
        {std::pair("group", preset.group), std::pair("subject", preset.subject)}) {
     for (const std::string& name : field_names(text, key, keys)) {

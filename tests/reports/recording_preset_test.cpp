@@ -127,6 +127,7 @@ TEST("a preset that is not as described is refused with its reason") {
       {R"({"file_name": "{a"})", "file_name = \"{a\"; every field must be {NAME}"},
       {R"({"file_name": "a}"})", "every field must be {NAME}"},
       {R"({"file_name": "{}"})", "every field must be {NAME}"},
+      {R"({"file_name": "{a}r{a}"})", "file_name = \"{a}r{a}\": {a} is given twice"},
       {R"({"file_name": "{a}", "group": "{b}"})", "group: {b} is no field of file_name"},
       {R"({"colums": {}})", "unknown key \"colums\"; did you mean columns"},
       {R"({"columns": ["a"]})", "columns must be an object of texts, NAME: ROLE"},
