@@ -569,8 +569,8 @@ void warn_of_folding(const Scene& scene, const NeedlePath& path, StepPlan& plan)
                           "and palpate run --refine measures by how much");
 }
 
-/// Warns if a spherical tip is pressed to a contact of more than half its radius of curvature, where
-/// a paraboloid is no sphere and strains are not small.
+/// Warns if a spherical tip is pressed to a contact of more than half its radius of curvature,
+/// where a paraboloid is no sphere and strains are not small.
 void warn_of_curvature(const Scene& scene, StepPlan& plan) {
   constexpr double share = 0.5;
   if (!scene.probe || !scene.probe->tip_radius) { return; }

@@ -33,9 +33,9 @@ std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, double r
 
 /// Returns the orders of the terms of a face's pressure, in the order of FacePressure: {n, 0} is
 /// the Legendre polynomial P_2n of a disc, {m, n} the product T_2m(x) T_2n(y) of Chebyshev
-/// polynomials of a rectangle, both times the pressure of a flat punch (model/EQUATIONS.md, "Face
-/// of a probe"). The first term is the flat punch's; it alone has a force. A uniform pressure is
-/// the only term of its face.
+/// polynomials of a rectangle, both times the pressure of a flat punch (model/EQUATIONS.md,
+/// "Contact of a size"). The first term is the flat punch's; it alone has a force. A uniform
+/// pressure is the only term of its face.
 std::vector<std::array<int, 2>> face_terms(const Probe& probe);
 
 /// Axial compliance of a probe's face on layers [m/N]. An entry is the mean displacement with the
