@@ -888,7 +888,7 @@ void check_certificate(const Json& json, const std::string& histogram) {
   require_consistent(
       command.find(" --ordinary ") == command.npos ||
           (!granted("scheduling", "SCHED_FIFO") && !granted("memory", "locked")),
-      "its command asks for ordinary scheduling and memory, and its environment has others");
+      "its command has --ordinary, but its environment says SCHED_FIFO or locked memory");
   const bool qualified = granted("scheduling", "SCHED_FIFO") && granted("memory", "locked") &&
                          !control_late && ticks > 0;
   const Json& computed = json.at("compute_budget").at("worst_us");

@@ -455,7 +455,7 @@ void warn_of_shapes(const Scene& scene, const SpringNetwork& network, StepPlan& 
                     " % of its edge from the next plane of nodes") +
         ": its shape depends on where the nodes lie; " +
         (thin ? "a spacing of " + number(least / cells) + " m would resolve it"
-              : "a spacing that divides its edges and places fits"));
+              : "choose spacing, centre and size so that its faces lie on planes of nodes"));
   }
 }
 
@@ -631,9 +631,9 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
   if (plan.tip.value.empty()) {
     if (scene.probe && scene.probe->tip_radius) {
       plan.warnings.emplace_back(
-          "probe.tip_radius has no effect, and the tip is flat: a spherical one needs materials on "
-          "a "
-          "grid, which are those of layers, a mesh, an image or a lattice with weights = \"cell\"");
+          "probe.tip_radius has no effect, and the tip is flat: a spherical one needs the "
+          "materials "
+          "of layers, a mesh, an image or a lattice with weights = \"cell\"");
     }
     plan.skipped.emplace_back(
         "compliance of the contact: the grid resolves the tool, or its "

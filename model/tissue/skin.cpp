@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -108,15 +109,10 @@ struct Nearest {
 /// Returns for each face whether its part of the surface, connected by vertices, has an edge of one
 /// face alone.
 std::vector<char> open_faces(const TriangleSurface& surface) {
-  std::vector<int> part(static_cast<std::size_t>(surface.vertex.cols()));
-  std::iota(part.begin(), part.end(), 0);
-  const auto part_of = [&](int vertex) {
-    auto v = static_cast<std::size_t>(vertex);
-    while (part[v] != static_cast<int>(v)) {
-      part[v] = part[static_cast<std::size_t>(part[v])];
-      v = static_cast<std::size_t>(part[v]);
-    }
-    return v;
+  const auto vertices = static_cast<std::size_t>(surface.vertex.cols());
+  boost::disjoint_sets_with_storage<> parts(vertices);
+  const auto part_of = [&parts](int vertex) {
+    return parts.find_set(static_cast<std::size_t>(vertex));
   };
   std::vector<std::array<int, 2>> edges;
   edges.reserve(3 * surface.triangle.size());
@@ -125,11 +121,11 @@ std::vector<char> open_faces(const TriangleSurface& surface) {
       const int a = face[n];
       const int b = face[(n + 1) % 3];
       edges.push_back({std::min(a, b), std::max(a, b)});
-      part[part_of(a)] = static_cast<int>(part_of(b));
+      parts.union_set(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
     }
   }
   std::ranges::sort(edges);
-  std::vector<char> open_part(part.size(), 0);
+  std::vector<char> open_part(vertices, 0);
   for (std::size_t begin = 0; begin < edges.size();) {
     std::size_t end = begin + 1;
     while (end < edges.size() && edges[end] == edges[begin]) { ++end; }

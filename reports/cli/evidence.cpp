@@ -333,8 +333,13 @@ void check_comparison(const Json& json) {
     require_consistent(recording.at("verdict") != "agrees" || grade != "poor",
                        "it agrees, and its curve is rated poor");
   }
+  bool all_agree = true;  // groups that can be compared
+  bool all_comparable = true;
   for (const Json& group : json.at("groups")) {
     std::map<std::string, int>& count = counts[group.at("group")];
+    all_agree =
+        all_agree && (group.at("verdict") == "agrees" || group.at("verdict") == "not comparable");
+    all_comparable = all_comparable && count["not comparable"] == 0;
     require_consistent(
         group.at("agree") == count["agrees"] &&
             group.at("differ") == count["differs"] + count["features agree, curve does not"] &&
@@ -351,19 +356,9 @@ void check_comparison(const Json& json) {
                        "the recordings of group " + group.at("group").get<std::string>());
   }
   require_consistent(json.at("schema") == 1, "its schema");
-  const std::string verdict = json.at("verdict");
-  int left_out = 0;
-  bool all_agree = true;  // of the groups
-  for (const auto& [group, count] : counts) {
-    if (const auto found = count.find("not comparable"); found != count.end()) {
-      left_out += found->second;
-    }
-  }
-  for (const Json& group : json.at("groups")) {
-    all_agree = all_agree && group.at("verdict") == "agrees";
-  }
-  require_consistent(verdict != "agrees" || all_agree, "it agrees, and a group does not");
-  require_consistent(json.at("holds") == (verdict == "agrees" && left_out == 0),
+  const bool agrees = json.at("verdict") == "agrees";
+  require_consistent(!agrees || all_agree, "it agrees, and a group does not");
+  require_consistent(json.at("holds") == (agrees && all_comparable),
                      "whether it holds, and its verdict");
   const std::string sentence = json.at("sentence");
   const auto says = [&sentence](const char* part) { return sentence.find(part) != sentence.npos; };

@@ -128,7 +128,7 @@ status=0
 forged 's/^  "nodes": [0-9]+/  "nodes": 1000000/' 'the scene that it holds has [0-9]* nodes, not 1000000'
 forged 's/^  "springs": [0-9]+/  "springs": 7/' 'the scene that it holds has [0-9]* springs, not 7'
 forged 's/^  "title": "/  "title": "Another /' 'the scene that it holds has another title'
-forged 's/^( *"scheduling": ")[^"]*/\1SCHED_FIFO, priority 80/' 'its command asks for ordinary scheduling'
+forged 's/^( *"scheduling": ")[^"]*/\1SCHED_FIFO, priority 80/' 'its command has --ordinary'
 
 # A scene that diverges is not certified anywhere.
 status=0

@@ -179,6 +179,12 @@ contradicts "its sentence, and the kinds" 'k = {x["kind"] for x in c["recordings
 c["sentence"] = c["sentence"].replace("What was reconstructed is no evidence", "") if "reconstructed" in k else c["sentence"] + " What was reconstructed is no evidence"'
 contradicts "whether it holds" 'c["holds"] = not c["holds"]'
 contradicts "its schema" 'c["schema"] = 9'
+# A group that cannot be compared beside one that agrees is told, and is no contradiction.
+sed 's/,.*/,0/; 1s/.*/time_s,pressure_Pa/' same.csv >flat.csv
+"$palpate" import same.csv --group a --out a --quiet >said
+"$palpate" import flat.csv --group b --out b --quiet >said
+refused 1 "1 recording cannot be compared" compare a/recording.h5 b/recording.h5 --trace trace.csv --out two_groups
+refused 1 "2 of 3 requirements shown" evidence judged speeds.jsonl two_groups --context context.toml --out groups.zip
 "$palpate" run "$scenes/oscillator.toml" --out ran --quiet >said
 "$palpate" evidence judged speeds.jsonl ran compared --context context.toml --out run.zip --quiet >said
 "$palpate" verify run.zip >said || fail "$(cat said)"

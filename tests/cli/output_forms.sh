@@ -93,6 +93,21 @@ status=0
 TMPDIR=/nonexistent "$palpate" validate oscillator/order --subject exec:true -q -o "$out/none" >"$out/said" 2>"$out/error" || status=$?
 [ "$status" -eq 2 ] && grep -q 'TMPDIR = "/nonexistent": is no folder' "$out/error" || fail "TMPDIR: $status, $(cat "$out/error")"
 
+# A folder in the place of a file is found before the run.
+mkdir -p "$out/taken/report.html"
+status=0
+"$palpate" run "$scenes/oscillator.toml" -q -o "$out/taken" >"$out/said" 2>"$out/error" || status=$?
+[ "$status" -eq 2 ] && grep -q 'report.html: a folder, where this command writes a file' "$out/error" ||
+  fail "a folder report.html: $status, $(cat "$out/error")"
+[ "$(ls "$out/taken")" = report.html ] || fail "left: $(ls "$out/taken")"
+
+# Results without a case show nothing.
+mkdir -p "$out/empty"
+echo '{"schema": 1, "title": "t", "command": "c", "provenance": {}, "cases": []}' >"$out/empty/results.json"
+status=0
+"$palpate" report "$out/empty" >"$out/said" 2>"$out/error" || status=$?
+[ "$status" -eq 2 ] && grep -q 'results.json: has no case' "$out/error" || fail "no case: $status, $(cat "$out/error")"
+
 # What a file says is not repeated without end.
 printf '[simulation]\n%s = 1\n' "$(head -c 100000 /dev/zero | tr '\0' k)" >"$out/long.toml"
 status=0

@@ -51,6 +51,14 @@ if [ -f "$faulty" ]; then
     grep -q "confined" "$out/sound/report.html" && fail "a simulator that is said to be confined reads earlier results"
   fi
 fi
+# A simulator that ends leaves what it did until then.
+if [ -f "$faulty" ]; then
+  status=0
+  timeout 60 "$palpate" live "$scenes/s26.toml" --ordinary --subject "$faulty" --subject-options '{"fault": "exit"}' \
+    --out "$out/ended" >"$out/said" 2>"$out/error" || status=$?
+  [ "$status" -eq 1 ] || fail "live with a simulator that ends: exit $status, $(cat "$out/error")"
+  grep -q '"status": "failed"' "$out/ended/summary.json" || fail "live: $(ls "$out/ended")"
+fi
 status=0
 printf 'time_s,tip.z_m\n0,0\n0.1,0.001\n' >"$out/a.csv"
 "$palpate" validate --subject "trace:$out/a.csv" --out "$out/every" 2>"$out/said" || status=$?

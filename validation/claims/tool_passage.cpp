@@ -502,23 +502,11 @@ void measure_stress(const CaseContext& context, Outcome& outcome) {
   }
 }
 
-/// Block of gel under a needle.
-struct GelBlock {
-  double spacing = 0.0;  ///< [m]
-  double width = 0.0;    ///< [m]
-  double depth = 0.0;    ///< [m]
-};
-
 /// Force over insertion of a needle that rests 20 um deep on gel.
-double stiffness_on_gel(const CaseContext& context, double nu, int gauge, const GelBlock& block) {
+double stiffness_on_gel(const CaseContext& context, double nu, int gauge, const Lattice& block) {
   Scene scene;
-  const auto nodes = [&](double length) {
-    return static_cast<int>(std::lround(length / block.spacing)) + 1;
-  };
-  const int across = nodes(block.width);
   scene.tissue.source = Source::lattice;
-  scene.tissue.lattice = {
-      .nodes = {across, across, nodes(block.depth)}, .spacing = block.spacing, .material = "gel"};
+  scene.tissue.lattice = block;
   scene.materials = {tissue_of("gel", 1e4, 10.0, 0.0)};
   scene.materials[0].poissons_ratio = nu;
   scene.materials[0].damping_ratio = 0.0;
@@ -536,11 +524,14 @@ void measure_continuum(const CaseContext& context, Outcome& outcome) {
                    "Force over insertion at 20 um; lines: rigid flat punch on a half space, "
                    "2 E a / (1 - nu^2).",
                    {"outer diameter (mm)"}, {"stiffness (N/m)"});
-  constexpr std::array blocks{GelBlock{5e-3, 0.06, 0.02}, GelBlock{2.5e-3, 0.06, 0.02},
-                              GelBlock{1.25e-3, 0.03, 0.01}};
+  // Wide against their depth, which the exact solution has.
+  const std::array blocks{Lattice{.nodes = {13, 13, 5}, .spacing = 5e-3, .material = "gel"},
+                          Lattice{.nodes = {25, 25, 9}, .spacing = 2.5e-3, .material = "gel"},
+                          Lattice{.nodes = {25, 25, 9}, .spacing = 1.25e-3, .material = "gel"}};
   for (const double nu : {0.25, 0.49}) {
     Series& line = figure.add("half space, nu = " + plain_number(nu, 2));
-    for (const GelBlock& block : blocks) {
+    for (const Lattice& block : blocks) {
+      const double depth = (block.nodes[2] - 1) * block.spacing;
       const bool coarse = block.spacing == blocks[0].spacing;
       if (!coarse && context.quick && (nu > 0.25 || block.spacing < 2e-3)) { continue; }
       const std::string where = plain_number(1e3 * block.spacing, 3) + " mm";
@@ -551,7 +542,7 @@ void measure_continuum(const CaseContext& context, Outcome& outcome) {
         const double diameter = diameter_of_gauge(gauge).value();
         const double half_space = 1e4 * diameter / (1.0 - nu * nu);
         const double exact =
-            half_space * reference::punch_on_layer(0.5 * diameter / block.depth, nu).kappa;
+            half_space * reference::punch_on_layer(0.5 * diameter / depth, nu).kappa;
         const double found = stiffness_on_gel(context, nu, gauge, block);
         error.add(std::abs(found / exact - 1.0));
         points.add(1e3 * diameter, found);

@@ -30,6 +30,19 @@ TEST("the misfit is a parabola around the fit if the other parameters are fitted
   CHECK_NEAR(profile.growth[8], 1.0, 0.1);
 }
 
+TEST("an interval that a large misfit widens ends at the bounds of its parameter") {
+  Forward forward = lawful_forward();
+  Pooled data = lawful_data(three_layers(), 0.01);
+  for (Eigen::Index n = 0; n < data.mean.size(); ++n) { data.mean(n) *= n % 2 == 0 ? 3.0 : 0.3; }
+  const Fit found = fit(forward, data);
+  CHECK(found.widening > 10.0);
+  REQUIRE(!found.told.empty());
+  for (const FittedParameter& each : found.parameters) {
+    CHECK(each.interval.lower >= each.parameter.lower);
+    CHECK(each.interval.upper <= each.parameter.upper);
+  }
+}
+
 TEST("a group that differs is predicted worse than the fitted ones, by as much as it differs") {
   std::vector<ObservedRecording> all;
   add_group(all, "a", 11.0);
