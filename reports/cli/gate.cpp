@@ -44,9 +44,9 @@ Results read_judged(const std::filesystem::path& folder) {
 
 /// Names of the cases that the patterns of an option select, by the rule of `validate`; empty
 /// without patterns. Throws InputError for a pattern that selects nothing.
-std::vector<std::string> names_of(const std::vector<std::string>& patterns,
-                                  const std::vector<std::string>& names,
-                                  const std::string& option = "--case") {
+std::vector<std::string> names_selected(const std::vector<std::string>& patterns,
+                                        const std::vector<std::string>& names,
+                                        const std::string& option = "--case") {
   std::vector<std::string> selected;
   for (const std::string& pattern : patterns) {
     bool found = false;
@@ -119,7 +119,8 @@ int run_gate(const GateOptions& options) {
                     .provenance = results.provenance,
                     .candidate = {.command = results.command, .outcomes = results.outcomes},
                     .baseline = baseline};
-  report.result = gate::compare(report.baseline, report.candidate, names_of(options.cases, names));
+  report.result =
+      gate::compare(report.baseline, report.candidate, names_selected(options.cases, names));
   const std::filesystem::path folder =
       options.make_folder({"gate.json", "gate.xml", "report.html"});
   refuse_folder_of(options.results, folder);
@@ -266,8 +267,8 @@ int run_approve(const ApproveOptions& options) {
       .date = build_provenance().at("date"),
       .reason = options.reason,
       .outcomes = results.outcomes,
-      .only = names_of(options.cases, names_in(results)),
-      .failing = names_of(options.failing, names_in(results), "--accept-failing"),
+      .only = names_selected(options.cases, names_in(results)),
+      .failing = names_selected(options.failing, names_in(results), "--accept-failing"),
       .variants = variants_of(options, results)};
   lock_baseline(options.baseline);
   const gate::Baseline old = accepted_before();

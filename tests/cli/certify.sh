@@ -102,7 +102,7 @@ key away events_absent | grep -q '^\["contact","end of the advance' || fail "eve
 
 # A machine that grants no rights: never certified, all figures there.
 status=0
-"$palpate" certify "$scenes/epidural.toml" --duration 0.1 "${short[@]}" --ordinary --out "$out/ordinary" || status=$?
+"$palpate" certify "$scenes/s26.toml" --duration 0.1 "${short[@]}" --ordinary --out "$out/ordinary" || status=$?
 [ "$status" -eq 3 ] || fail "exit status $status without rights, expected 3"
 check "$out/ordinary" 3
 "$read_json" "$out/ordinary/certificate.json" reason | grep -q 'no SCHED_FIFO.*no locked memory' || fail "no reason"
