@@ -654,10 +654,11 @@ int judge(const ValidateOptions& options, const Judging& what) {
   // Threads of an interrupted run still use it after this function has returned.
   static const reference::Cache cache = cache_in(cached, options, code);
   std::optional<KeptCases> keeper;
-  if (what.keeps) { keeper.emplace(cached, inputs_of_cases(options, code)); }
+  // What computes more than scenes need finds other numbers.
+  if (what.keeps && !options.no_skip) { keeper.emplace(cached, inputs_of_cases(options, code)); }
   std::vector<Case> to_run = cases;
   std::map<std::string, Outcome> kept;
-  if (keeper && !options.no_skip) { kept = keeper->take(to_run); }
+  if (keeper) { kept = keeper->take(to_run); }
   if (!options.quiet && !kept.empty()) {
     std::printf("%s not run again: code, solvers and data are as before (--no-skip runs them)\n",
                 told_of(kept).c_str());
