@@ -22,6 +22,7 @@
 #include "model/reduction/reduced_network.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
+#include "model/tissue/tissue_grid.hpp"
 
 namespace palpate {
 
@@ -417,6 +418,8 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
 /// probe that cells do not resolve.
 void warn_of_shapes(const Scene& scene, const SpringNetwork& network, StepPlan& plan) {
   constexpr double rounded = 0.05;  // thin tissue on a firm base changes its stiffness by more
+  // At 12.5 % the bone of palpation.toml is felt with 13 % less force than at half the spacing,
+  // aligned with the nodes with 2 % more.
   constexpr double misfit = 0.1;
   const std::optional<LatticeShape>& shape = network.springs.lattice();
   if (!shape) { return; }
@@ -506,6 +509,46 @@ void warn_of_loose_parts(const Scene& scene, const SpringNetwork& network, StepP
                           " nodes, the first at z = " + number(1e3 * depth) +
                           " mm, are joined to no fixed node: this part of the tissue moves freely; "
                           "tissue.fixed holds faces");
+}
+
+/// Warns of loads, inclusions and recordings that change nothing, and of records far from tissue.
+void warn_of_no_effect(const Scene& scene, const SpringNetwork& network, StepPlan& plan) {
+  const double duration = scene.simulation.duration;
+  const std::vector<Load> loads = resolve_loads(scene, network);
+  for (std::size_t n = 0; n < loads.size(); ++n) {
+    const Load& load = loads[n];
+    const bool held =
+        std::ranges::all_of(load.nodes, [&](int node) { return network.is_fixed(node); });
+    if (!held && load.start < duration) { continue; }
+    plan.warnings.push_back("load[" + std::to_string(n) + "] has no effect: " +
+                            (held ? std::string("all its nodes are fixed")
+                                  : "it starts at " + number(load.start) +
+                                        " s, and the run ends at " + number(duration) + " s"));
+  }
+  const Eigen::Vector3d low = network.rest_position.rowwise().minCoeff();
+  const Eigen::Vector3d high = network.rest_position.rowwise().maxCoeff();
+  for (std::size_t n = 0; n < scene.tissue.inclusions.size(); ++n) {
+    const Inclusion& body = scene.tissue.inclusions[n];
+    if (contains(body, body.centre.cwiseMax(low).cwiseMin(high))) { continue; }
+    plan.warnings.push_back("inclusion[" + std::to_string(n) + "] of " + body.material +
+                            " has no effect: it lies outside the tissue");
+  }
+  for (const Record& record : scene.records) {
+    const auto* point = std::get_if<Eigen::Vector3d>(&record.where);
+    if (point == nullptr) { continue; }
+    const double away = (network.rest_position.col(record_node(record, network)) - *point).norm();
+    if (away <= mean_length(network)) { continue; }
+    plan.warnings.push_back("record \"" + record.name + "\" is of a node " + number(1e3 * away) +
+                            " mm from its point, more than a mean spring");
+  }
+  if (scene.drive && scene.drive->grip && !scene.drive->grip->empty()) {
+    const double end = scene.drive->grip->back().time;
+    if (end + scene.simulation.step < duration) {
+      plan.warnings.push_back("the recording of drive.recording ends at " + number(end) +
+                              " s, and the run at " + number(duration) +
+                              " s: the hand rests from then on");
+    }
+  }
 }
 
 /// Warns if a step takes the tool past more than a tenth of a layer.
@@ -739,6 +782,7 @@ StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip) {
     warn_of_grid(scene, plan);
     warn_of_shapes(scene, network->network(), plan);
     warn_of_loose_parts(scene, network->network(), plan);
+    warn_of_no_effect(scene, network->network(), plan);
   }
   if (network != nullptr && (scene.needle || scene.probe)) { add_contact(scene, *network, plan); }
   if (network != nullptr && scene.drive) { add_tool(scene, plan.bounds); }

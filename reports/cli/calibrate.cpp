@@ -309,10 +309,15 @@ GivenCondition load_condition(const std::string& option, const std::vector<std::
   std::string name = file.stem().string();
   std::string given_name;
   std::vector<std::filesystem::path> recordings;
+  std::set<std::string> keys;
   for (const std::string& word : std::span(words).subspan(1)) {
     if (word.starts_with("name=") && word.size() > 5) {
       given_name = word.substr(5);
     } else if (word.find('=') != word.npos && !std::filesystem::exists(word)) {
+      const std::string key = word.substr(0, word.find('='));
+      if (!keys.insert(key).second) {
+        throw InputError(option + " " + file.string() + ": " + key + " is given twice");
+      }
       common.overrides.push_back(word);
       name += " " + word;
     } else {
@@ -361,7 +366,7 @@ std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
     all.push_back(load_condition("--predict", words, options, false));
   }
   std::set<std::string> names;
-  std::map<std::string, bool> is_fitted;
+  std::map<std::string, const GivenCondition*> used;  // by the hash of a recording
   for (const GivenCondition& each : all) {
     const std::string& name = each.condition.name;
     if (!names.insert(fitted_name(name)).second) {
@@ -369,12 +374,14 @@ std::vector<GivenCondition> load_conditions(const CalibrateOptions& options) {
                        " is given twice; every condition needs a name of its own (name=NAME)");
     }
     for (const RecordingFile& one : each.recordings) {
-      const bool fitted = each.condition.fitted;
-      if (is_fitted.try_emplace(one.hash, fitted).first->second != fitted) {
-        throw InputError(one.file.string() +
-                         ": is fitted and predicted; a prediction needs recordings that the fit "
-                         "has not seen");
-      }
+      const auto [first, fresh] = used.try_emplace(one.hash, &each);
+      if (fresh) { continue; }
+      const calibration::Condition& other = first->second->condition;
+      throw InputError(one.file.string() +
+                       (other.fitted == each.condition.fitted
+                            ? ": is in " + other.name + " too; every recording once"
+                            : ": is fitted and predicted; a prediction needs recordings that the "
+                              "fit has not seen"));
     }
   }
   return all;

@@ -1043,13 +1043,16 @@ int run_scene(const RunOptions& options) {
   const std::unique_ptr<Subject> foreign =
       foreign_subject(confined(options.subject, options), loaded);
   const device::falcon::FaultScript faults = faults_of(options);
-  const std::filesystem::path folder =
-      options.make_folder({"packets.csv", "palpation.csv", "report.html", "summary.json",
-                           "trace.csv", "trace.h5", "trace.xdmf", "vtk/"});
+  const std::vector<std::string> files{"packets.csv",  "palpation.csv", "report.html",
+                                       "summary.json", "trace.csv",     "trace.h5",
+                                       "trace.xdmf",   "vtk/"};
+  const std::filesystem::path folder = options.make_folder(files);
   keep_results_of_interrupted();
   const std::optional<IndexLine> before = last_run_in(folder);
-  // A run that is killed then leaves no summary of an earlier one beside its own trace.
-  std::filesystem::remove(folder / "summary.json");
+  // A run that fails or is killed leaves nothing of an earlier one.
+  for (const std::string& file : files) {
+    if (!file.ends_with('/')) { std::filesystem::remove(folder / file); }
+  }
   SampleOptions samples{
       .every = every, .extremes = every > 1, .energy_range = true, .frames = scene.output.frames};
   const NetworkProblem* network = loaded.network();

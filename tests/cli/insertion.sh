@@ -90,3 +90,11 @@ status=0
   --out "$out/seen" 2>"$out/stderr" || status=$?
 [ "$status" -eq 2 ] && grep -q 'twin-3.4.h5: is fitted and predicted' "$out/stderr" || fail "what was fitted is predicted: $(cat "$out/stderr")"
 [ ! -e "$out/seen" ] || fail "what was fitted is predicted: something was written"
+status=0
+"$palpate" calibrate --condition "$out/coarse.toml" "$out"/twin-3.?.h5 --condition "$out/coarse.toml" name=again "$out/twin-3.4.h5" \
+  --out "$out/seen" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] && grep -q 'twin-3.4.h5: is in coarse too; every recording once' "$out/stderr" || fail "fitted twice: $(cat "$out/stderr")"
+status=0
+"$palpate" calibrate --condition "$out/coarse.toml" drive.speed=0.001 drive.speed=0.002 "$out"/twin-3.?.h5 \
+  --out "$out/seen" 2>"$out/stderr" || status=$?
+[ "$status" -eq 2 ] && grep -q 'coarse.toml: drive.speed is given twice' "$out/stderr" || fail "a key twice: $(cat "$out/stderr")"

@@ -58,6 +58,12 @@ if [ -f "$faulty" ]; then
     --out "$out/ended" >"$out/said" 2>"$out/error" || status=$?
   [ "$status" -eq 1 ] || fail "live with a simulator that ends: exit $status, $(cat "$out/error")"
   grep -q '"status": "failed"' "$out/ended/summary.json" || fail "live: $(ls "$out/ended")"
+  # A run that fails leaves nothing of an earlier one in its folder.
+  "$palpate" run "$scenes/s26.toml" --quiet --no-view --out "$out/again"
+  status=0
+  "$palpate" run "$scenes/s26.toml" --subject "$faulty" --subject-options '{"fault": "exit"}' --quiet --out "$out/again" \
+    2>"$out/error" || status=$?
+  [ "$status" -eq 1 ] && [ -z "$(ls "$out/again")" ] || fail "after a failed run: $status, $(ls "$out/again")"
 fi
 status=0
 printf 'time_s,tip.z_m\n0,0\n0.1,0.001\n' >"$out/a.csv"

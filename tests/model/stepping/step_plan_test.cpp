@@ -437,6 +437,34 @@ TEST("a plan warns of tissue that no spring joins to a fixed node") {
   CHECK(!mentions(plan_of(scene).warnings, "joined to no fixed node"));
 }
 
+TEST("a plan warns of loads, inclusions and records that lie beside the tissue") {
+  Scene scene;
+  scene.tissue.source = Source::lattice;
+  scene.tissue.lattice = {.nodes = {3, 3, 3}, .spacing = 0.01, .material = "gel"};
+  scene.tissue.lattice.weights = LatticeWeights::cell;
+  scene.tissue.fixed = {Face::z_max};
+  Material gel{.name = "gel"};
+  gel.youngs_modulus = 1e4;
+  gel.density = 1000.0;
+  scene.materials = {gel};
+  scene.simulation = {.duration = 0.1, .step = 1e-3};
+  scene.loads = {{.face = Face::z_min, .force = {0.0, 0.0, 0.01}}};
+  scene.tissue.inclusions = {
+      {.centre = {0.0, 0.0, -0.001}, .size = {0.008, 0.0, 0.0}, .material = "gel"}};
+  scene.records = {{.name = "tip", .where = Eigen::Vector3d(0.001, 0.0, 0.0)}};
+  CHECK(!mentions(plan_of(scene).warnings, "no effect"));
+  CHECK(!mentions(plan_of(scene).warnings, "more than a mean spring"));
+
+  scene.loads[0].face = Face::z_max;
+  CHECK(mentions(plan_of(scene).warnings, "load[0] has no effect: all its nodes are fixed"));
+  scene.loads[0] = {.face = Face::z_min, .start = 0.1};
+  CHECK(mentions(plan_of(scene).warnings, "load[0] has no effect: it starts at 0.1 s"));
+  scene.tissue.inclusions[0].centre.z() = -0.0041;
+  CHECK(mentions(plan_of(scene).warnings, "inclusion[0] of gel has no effect"));
+  scene.records[0].where = Eigen::Vector3d(0.0, 0.0, 0.5);
+  CHECK(mentions(plan_of(scene).warnings, "record \"tip\" is of a node 480 mm from its point"));
+}
+
 TEST("every registered integrator has its stable step in the plan") {
   const StepPlan plan = plan_of(moving_scene("auto"));
   REQUIRE(plan.stable_step.size() == integrators().size());
