@@ -22,7 +22,6 @@
 #include "model/reduction/reduced_network.hpp"
 #include "model/stepping/integrator.hpp"
 #include "model/stepping/stability.hpp"
-#include "model/tissue/tissue_grid.hpp"
 
 namespace palpate {
 
@@ -529,7 +528,11 @@ void warn_of_no_effect(const Scene& scene, const SpringNetwork& network, StepPla
   const Eigen::Vector3d high = network.rest_position.rowwise().maxCoeff();
   for (std::size_t n = 0; n < scene.tissue.inclusions.size(); ++n) {
     const Inclusion& body = scene.tissue.inclusions[n];
-    if (contains(body, body.centre.cwiseMax(low).cwiseMin(high))) { continue; }
+    const Eigen::Vector3d away = body.centre.cwiseMax(low).cwiseMin(high) - body.centre;
+    const bool reaches = body.shape == Inclusion::Shape::sphere
+                             ? away.norm() <= 0.5 * body.size.x()
+                             : (away.cwiseAbs().array() <= 0.5 * body.size.array()).all();
+    if (reaches) { continue; }
     plan.warnings.push_back("inclusion[" + std::to_string(n) + "] of " + body.material +
                             " has no effect: it lies outside the tissue");
   }

@@ -368,6 +368,7 @@ class PipeConnection final : public Connection {
         *text = io::shown(answer.take_text());
       }
     } catch (const std::length_error&) { fail("gave an answer to hello that is too short"); }
+    must_end(answer, PALPATE_CALL_HELLO);
     facts_.carrier = std::move(carrier);
   }
   ~PipeConnection() override { stop(); }
@@ -378,12 +379,12 @@ class PipeConnection final : public Connection {
     writer_.clear();
     writer_.add_text(std::filesystem::absolute(folder).string());
     writer_.add_text(options);
-    (void)exchange(PALPATE_CALL_LOAD, limits_.load_seconds());
+    must_end(exchange(PALPATE_CALL_LOAD, limits_.load_seconds()), PALPATE_CALL_LOAD);
   }
   void reset(std::uint64_t seed) override {
     writer_.clear();
     writer_.add(seed);
-    (void)exchange(PALPATE_CALL_RESET, limits_.load_seconds());
+    must_end(exchange(PALPATE_CALL_RESET, limits_.load_seconds()), PALPATE_CALL_RESET);
   }
   bool step(double time, double dt, const palpate_tool_input* input, palpate_tool_output* output,
             double& seconds) override {
@@ -407,6 +408,7 @@ class PipeConnection final : public Connection {
         *output = taken<palpate_tool_output>(answer, PALPATE_CALL_STEP);
       }
     }
+    must_end(answer, PALPATE_CALL_STEP);
     return status_ == PALPATE_DIVERGED;
   }
   void get_state(double* position, double* velocity, std::size_t nodes) override {
@@ -425,27 +427,29 @@ class PipeConnection final : public Connection {
     writer_.add(static_cast<std::uint64_t>(nodes));
     writer_.add(position, 3 * nodes);
     writer_.add(velocity, 3 * nodes);
-    (void)exchange(PALPATE_CALL_SET_STATE, limits_.call_seconds);
+    must_end(exchange(PALPATE_CALL_SET_STATE, limits_.call_seconds), PALPATE_CALL_SET_STATE);
   }
   void set_parameter(const std::string& name, double value) override {
     writer_.clear();
     writer_.add_text(name);
     writer_.add(value);
-    (void)exchange(PALPATE_CALL_SET_PARAMETER, limits_.call_seconds);
+    must_end(exchange(PALPATE_CALL_SET_PARAMETER, limits_.call_seconds),
+             PALPATE_CALL_SET_PARAMETER);
   }
   void energy(double joule[3]) override {
     writer_.clear();
     FrameReader answer = exchange(PALPATE_CALL_ENERGY, limits_.call_seconds);
     for (int n = 0; n < 3; ++n) { joule[n] = taken<double>(answer, PALPATE_CALL_ENERGY); }
+    must_end(answer, PALPATE_CALL_ENERGY);
   }
   void close() override {
     writer_.clear();
-    (void)exchange(PALPATE_CALL_CLOSE, limits_.load_seconds());
+    must_end(exchange(PALPATE_CALL_CLOSE, limits_.load_seconds()), PALPATE_CALL_CLOSE);
   }
   double round_trip() override {
     writer_.clear();
     const auto begin = Clock::now();
-    (void)exchange(PALPATE_CALL_EMPTY, limits_.call_seconds);
+    must_end(exchange(PALPATE_CALL_EMPTY, limits_.call_seconds), PALPATE_CALL_EMPTY);
     return seconds_since(begin);
   }
   [[nodiscard]] std::size_t resident_bytes() const override {
@@ -685,6 +689,13 @@ class PipeConnection final : public Connection {
     } catch (const std::length_error&) {
       fail("gave an answer to " + call_name(call) + " that is too short");
     }
+  }
+
+  /// Fails if an answer has more than was taken from it.
+  void must_end(const FrameReader& answer, int call) {
+    if (answer.left() == 0) { return; }
+    fail("gave an answer to " + call_name(call) + " that is " + std::to_string(answer.left()) +
+         " bytes too long");
   }
 
   SubjectLimits limits_;

@@ -114,6 +114,17 @@ status=0
   --set 'tissue.lattice.nodes=[3,3,3]' --set 'load.0.nodes=[26]' --set record.0.node=26 2>"$out/said" || status=$?
 [ "$status" -eq 1 ] && grep -q '"diverged"' "$out/diverged/summary.json" || fail "a diverged state: $status, $(cat "$out/said")"
 [ "$(wc -l <"$out/diverged/trace.csv")" -ge 10 ] || fail "the rows before the divergence are not kept"
+# An answer that goes on after what it must hold is of another interface.
+long_answer() {  # expression of sed for the adapter, expected message
+  sed "$1" "$adapter" >"$out/long.py"
+  cmp -s "$adapter" "$out/long.py" && fail "the adapter has another form: $1"
+  status=0
+  "$palpate" run "$scenes/s26.toml" --subject "exec:python3 $out/long.py" --out "$out/long" --quiet \
+    --set 'tissue.lattice.nodes=[3,3,3]' --set 'load.0.nodes=[26]' --set record.0.node=26 2>"$out/said" || status=$?
+  [ "$status" -ne 0 ] && grep -q "$2" "$out/said" || fail "$1: exit $status, $(cat "$out/said")"
+}
+long_answer 's/"MIT", "")/"MIT", "") + b"x"/' "gave an answer to hello that is 1 bytes too long"
+long_answer 's/struct.pack("<d", math.nan)/struct.pack("<dd", math.nan, 0)/' "gave an answer to step that is 8 bytes too long"
 
 # The list of known failures of the finite element subject holds.
 elements=$(dirname "$faulty")/axisymmetric_subject.so
