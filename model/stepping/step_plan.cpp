@@ -417,8 +417,8 @@ void warn_of_grid(const Scene& scene, StepPlan& plan) {
 /// probe that cells do not resolve.
 void warn_of_shapes(const Scene& scene, const SpringNetwork& network, StepPlan& plan) {
   constexpr double rounded = 0.05;  // thin tissue on a firm base changes its stiffness by more
-  // At 12.5 % the bone of palpation.toml is felt with 13 % less force than at half the spacing,
-  // aligned with the nodes with 2 % more.
+  // palpation.toml with its bone moved by 12.5 % of an edge: 13 % less force than at half the
+  // spacing. Unmoved, with faces on planes of nodes: 2 % more.
   constexpr double misfit = 0.1;
   const std::optional<LatticeShape>& shape = network.springs.lattice();
   if (!shape) { return; }
@@ -542,7 +542,7 @@ void warn_of_no_effect(const Scene& scene, const SpringNetwork& network, StepPla
     const double away = (network.rest_position.col(record_node(record, network)) - *point).norm();
     if (away <= mean_length(network)) { continue; }
     plan.warnings.push_back("record \"" + record.name + "\" is of a node " + number(1e3 * away) +
-                            " mm from its point, more than a mean spring");
+                            " mm from its point, more than the mean length of a spring");
   }
   if (scene.drive && scene.drive->grip && !scene.drive->grip->empty()) {
     const double end = scene.drive->grip->back().time;

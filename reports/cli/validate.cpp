@@ -654,7 +654,7 @@ int judge(const ValidateOptions& options, const Judging& what) {
   // Threads of an interrupted run still use it after this function has returned.
   static const reference::Cache cache = cache_in(cached, options, code);
   std::optional<KeptCases> keeper;
-  // What computes more than scenes need finds other numbers.
+  // --no-skip also computes what scenes do not need, which changes numbers.
   if (what.keeps && !options.no_skip) { keeper.emplace(cached, inputs_of_cases(options, code)); }
   std::vector<Case> to_run = cases;
   std::map<std::string, Outcome> kept;

@@ -453,7 +453,7 @@ TEST("a plan warns of loads, inclusions and records that lie beside the tissue")
       {.centre = {0.0, 0.0, -0.001}, .size = {0.008, 0.0, 0.0}, .material = "gel"}};
   scene.records = {{.name = "tip", .where = Eigen::Vector3d(0.001, 0.0, 0.0)}};
   CHECK(!mentions(plan_of(scene).warnings, "no effect"));
-  CHECK(!mentions(plan_of(scene).warnings, "more than a mean spring"));
+  CHECK(!mentions(plan_of(scene).warnings, "from its point"));
 
   scene.loads[0].face = Face::z_max;
   CHECK(mentions(plan_of(scene).warnings, "load[0] has no effect: all its nodes are fixed"));
@@ -463,6 +463,15 @@ TEST("a plan warns of loads, inclusions and records that lie beside the tissue")
   CHECK(mentions(plan_of(scene).warnings, "inclusion[0] of gel has no effect"));
   scene.records[0].where = Eigen::Vector3d(0.0, 0.0, 0.5);
   CHECK(mentions(plan_of(scene).warnings, "record \"tip\" is of a node 480 mm from its point"));
+
+  scene.probe = Probe{.size = {0.01, 0.01}};
+  scene.falcon = FalconDrive{};
+  scene.drive = Drive{.kind = Drive::Kind::recorded,
+                      .grip = std::make_shared<const std::vector<GripSample>>(
+                          std::vector<GripSample>{{0.0, 0.0, 0.0}, {0.1, 0.0, 0.0}})};
+  CHECK(!mentions(plan_of(scene).warnings, "the hand rests from then on"));
+  scene.simulation.duration = 0.2;
+  CHECK(mentions(plan_of(scene).warnings, "drive.recording ends at 0.1 s, and the run at 0.2 s"));
 }
 
 TEST("every registered integrator has its stable step in the plan") {
