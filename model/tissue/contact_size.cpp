@@ -55,33 +55,45 @@ FaceMatrix<size> pass_down(const LayerMatrix<size>& s, const FaceMatrix<size>& a
 
 // Continuum. A layer carries U(z) J1(k r) along r and W(z) J0(k r) along z.
 
-/// Wavenumber times thickness below which a layer is computed with linear shape functions; the
+/// Wavenumber times thickness below which a layer is computed with quadratic shape functions; the
 /// exact matrix loses its digits there.
 constexpr double thin = 0.05;
+
+/// Returns the forces on the two faces of a thin layer with Lame's constants, as layer_stiffness().
+/// The shape functions are linear from face to face and a parabola between them, without which the
+/// layer could not bend like a plate: its thickness would not change.
+Matrix4d thin_layer_stiffness(double lambda, double mu, double h, double k) {
+  // Integrals over s = z / h of products of 1 - s, s and 4 s (1 - s), of their slopes, and of a
+  // function (row) with a slope (column).
+  const Matrix3d mass{{1.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0},
+                      {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0},
+                      {1.0 / 3.0, 1.0 / 3.0, 8.0 / 15.0}};
+  const Matrix3d slope{{1.0, -1.0, 0.0}, {-1.0, 1.0, 0.0}, {0.0, 0.0, 16.0 / 3.0}};
+  const Matrix3d mixed{
+      {-0.5, 0.5, 2.0 / 3.0}, {-0.5, 0.5, -2.0 / 3.0}, {-2.0 / 3.0, 2.0 / 3.0, 0.0}};
+  // Energy of lambda (k U + W')^2 + 2 mu ((k U)^2 + W'^2) + mu (U' - k W)^2, divided by two.
+  const double m = lambda + 2.0 * mu;
+  Eigen::Matrix<double, 6, 6> all;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      all(2 * r, 2 * c) = m * k * k * h * mass(r, c) + mu / h * slope(r, c);
+      all(2 * r + 1, 2 * c + 1) = mu * k * k * h * mass(r, c) + m / h * slope(r, c);
+      all(2 * r, 2 * c + 1) = k * (lambda * mixed(r, c) - mu * mixed(c, r));
+      all(2 * c + 1, 2 * r) = all(2 * r, 2 * c + 1);
+    }
+  }
+  return all.topLeftCorner<4, 4>() - all.topRightCorner<4, 2>() *
+                                         all.bottomRightCorner<2, 2>().inverse() *
+                                         all.bottomLeftCorner<2, 4>();
+}
 
 /// Returns the forces on the two faces of a layer per unit of their displacements, for one
 /// wavenumber; rows and columns: U and W of the upper face, then of the lower face.
 Matrix4d layer_stiffness(const ColumnLayer& layer, double k) {
   const double mu = 0.5 * layer.youngs_modulus / (1.0 + layer.poissons_ratio);
   const double lambda = 2.0 * mu * layer.poissons_ratio / (1.0 - 2.0 * layer.poissons_ratio);
-  const double m = lambda + 2.0 * mu;
   const double h = layer.thickness;
-  if (k * h < thin) {
-    // Energy of lambda (k U + W')^2 + 2 mu ((k U)^2 + W'^2) + mu (U' - k W)^2, divided by two.
-    const auto mass = [&](int r, int c) { return h * (r == c ? 2.0 : 1.0) / 6.0; };
-    const auto slope = [&](int r, int c) { return (r == c ? 1.0 : -1.0) / h; };
-    const auto mixed = [](int c) { return c == 0 ? -0.5 : 0.5; };  // of N_r and N_c'
-    Matrix4d stiffness;
-    for (int r = 0; r < 2; ++r) {
-      for (int c = 0; c < 2; ++c) {
-        stiffness(2 * r, 2 * c) = m * k * k * mass(r, c) + mu * slope(r, c);
-        stiffness(2 * r + 1, 2 * c + 1) = mu * k * k * mass(r, c) + m * slope(r, c);
-        stiffness(2 * r, 2 * c + 1) = k * (lambda * mixed(c) - mu * mixed(r));
-        stiffness(2 * c + 1, 2 * r) = stiffness(2 * r, 2 * c + 1);
-      }
-    }
-    return stiffness;
-  }
+  if (k * h < thin) { return thin_layer_stiffness(lambda, mu, h, k); }
   // Four solutions: (A + B Z) e^Z with Z = k (z - h), and (A + B Z) e^-Z with Z = k z, for A and B.
   const double kappa = (lambda + 3.0 * mu) / (lambda + mu);
   Matrix4d displacement;

@@ -676,14 +676,15 @@ double dent_of_skin(const CaseContext& context, double spacing) {
 }
 
 void measure_dent(const CaseContext& context, Outcome& outcome) {
-  // scripts/skin-dent for these layers and a gauge of 16: 14.31 mm in small deformation, where the
-  // exact solution is 14.40 mm, and 8.78 mm in large deformation.
-  constexpr double continuum = 8.78e-3;
+  // scripts/skin-dent for these layers and a gauge of 16, held at 80 mm, with twice as many
+  // elements on each length: 14.35 mm in small deformation, where the exact solution is 14.40 mm,
+  // and 8.96 mm in large deformation.
+  constexpr double continuum = 8.96e-3;
   const double coarse = dent_of_skin(context, 5e-3);
   const double fine = dent_of_skin(context, context.quick ? 10e-3 / 3.0 : 2.5e-3);
-  outcome.judge_at_most("error_of_the_dent_5_mm", std::abs(coarse / continuum - 1.0), 0.04,
+  outcome.judge_at_most("error_of_the_dent_5_mm", std::abs(coarse / continuum - 1.0), 0.03,
                         "continuum: large deformation of the layers; twice as many elements on "
-                        "each length make the script's dent of epidural.toml 3.4 % deeper");
+                        "each length made the script's dent 2.1 % deeper (8.78 to 8.96 mm)");
   outcome.judge_at_most("change_on_a_finer_grid", std::abs(fine / coarse - 1.0), 0.02,
                         "the dent is the continuum's on any grid; ticks and inertia");
   outcome.report("dent_5_mm", coarse, "m");

@@ -50,6 +50,16 @@ TEST("layers of one material are one layer, and a stiff layer below stiffens") {
   CHECK(continuum_compliance({{0.02, modulus, 0.45}}, a, {0.02})[0] == 0.0);
 }
 
+TEST("the compliance at a depth does not depend on the other depths, also where plates bend") {
+  const std::vector<ColumnLayer> layers{
+      {6e-3, 2.4e3, 0.49}, {0.7e-3, 12.2e6, 0.45}, {14e-3, 2.4e3, 0.49}};
+  const double alone = continuum_compliance(layers, 0.8e-3, {6e-3})[0];
+  std::vector<double> depths{6e-3};
+  for (int n = 0; n < 200; ++n) { depths.push_back(1e-4 * n); }
+  // Layers of 0.1 mm have parabolas for shape functions: (k h)^2 / 20 where k h = 0.05.
+  CHECK_NEAR(continuum_compliance(layers, 0.8e-3, depths)[0], alone, 1.3e-4 * alone);
+}
+
 TEST("a disc that is wide against its layer presses a column in confined compression") {
   const double nu = 0.3;
   const double radius = 0.1;
