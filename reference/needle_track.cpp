@@ -294,19 +294,19 @@ void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& tra
     track.give.push_back({tip.depth[n], tip.value[n]});
     if (!tip.of_continuum.empty()) { track.give.back().continuum = tip.of_continuum[n]; }
   }
-  DentTable& table = tip.table;
-  if (table.dent.empty()) { return; }
-  if (!table.is_complete()) {
-    const std::size_t count = table.dent.size();
-    const auto dents = [&](double depth, double step) {
-      return own_dents(scene, network, track, depth, step, count);
-    };
-    const double at_end = dents(table.end, table.cutting_force / double(count - 1)).back();
-    table.complete(tip.depth, tip.value, dents(track.entry(), table.step), at_end);
-  }
-  track.dent = {.phi = table.linear_force, .compliance = table.compliance};
-  for (const double multiple : table.multiple) {
-    track.dent->force.push_back(multiple * table.step);
+  for (DentTable& table : tip.tables) {
+    if (table.dent.empty()) { continue; }
+    if (!table.is_complete()) {
+      const std::size_t count = table.dent.size();
+      const auto dents = [&](double depth, double step) {
+        return own_dents(scene, network, track, depth, step, count);
+      };
+      const double at_end = dents(table.end, table.cutting_force / double(count - 1)).back();
+      table.complete(tip.depth, tip.value, dents(table.begin, table.step), at_end);
+    }
+    TrackDent& dent = track.dents[table.interval];
+    dent = {.phi = table.linear_force, .compliance = table.compliance};
+    for (const double multiple : table.multiple) { dent.force.push_back(multiple * table.step); }
   }
 }
 

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <limits>
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -66,7 +66,7 @@ struct NeedleTrack {
   /// c_s at ascending depths, linear between them and constant beyond; positive, or empty: the tip
   /// sticks to the contact point itself.
   std::vector<TrackGive> give{};
-  std::optional<TrackDent> dent{};  ///< of the first interval
+  std::map<std::size_t, TrackDent> dents{};  ///< of intervals whose contact is not linear
 
   [[nodiscard]] double entry() const { return knots.front().depth; }  ///< xi_0 [m]
   /// Returns the last contact point above or at `depth` [m], or 0.
@@ -81,7 +81,8 @@ struct NeedleTrack {
   }
   /// Returns the law of the contact in an interval; null: the gap is c_s T.
   [[nodiscard]] const TrackDent* dent_in(std::size_t interval) const {
-    return dent && interval == 0 ? &*dent : nullptr;
+    const auto found = dents.find(interval);
+    return found == dents.end() ? nullptr : &found->second;
   }
   /// Returns c_s at a depth, or the compliance of a large dent, and its slope [m/N, 1/N], extended
   /// linearly from a stretch; 0 without `give`.

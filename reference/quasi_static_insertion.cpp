@@ -23,9 +23,10 @@ class StaticTissue {
  public:
   StaticTissue(const Scene& scene, const SpringNetwork& network)
       : track_(needle_track(scene, network)), problem_(network) {
-    const bool linear = !track_.dent && std::ranges::all_of(track_.intervals, [](const auto& part) {
-      return part.toe == 0.0 && part.travel == 0.0 && part.branches.empty();
-    });
+    const bool linear =
+        track_.dents.empty() && std::ranges::all_of(track_.intervals, [](const auto& part) {
+          return part.toe == 0.0 && part.travel == 0.0 && part.branches.empty();
+        });
     if (!linear || relaxes(network)) {
       throw SolverError(
           "quasi-static insertion: a large dent, a toe, relaxation and creeping friction are not "

@@ -55,15 +55,18 @@ struct ResolvedLayer {
 /// Returns the layers of a flat block; empty for other tissues.
 std::vector<ResolvedLayer> resolved_layers(const Scene& scene);
 
-/// Dents of a contact that is not linear: of a skin that is dented by more than its thickness
-/// (model/EQUATIONS.md, "Large dent of a skin"), or under a spherical fingertip ("Face of a
-/// probe"). Forces are multiples of `step`.
+/// Dents of a contact that is not linear: of a skin or membrane that is dented by more than its
+/// thickness (model/EQUATIONS.md, "Large dent of a skin"), or under a spherical fingertip ("Face of
+/// a probe"). Forces are multiples of `step`.
 struct DentTable {
+  std::size_t interval = 0;        ///< of the path, to which the law applies
   double step = 0.0;               ///< [N]
   std::vector<double> multiple{};  ///< ascending from 0 [1]
-  std::vector<double> dent{};      ///< of the continuum under each force at the skin [m]
-  double cutting_force = 0.0;      ///< of the skin [N]
-  double end = 0.0;                ///< depth of the skin's end [m]
+  std::vector<double> dent{};      ///< of the continuum under each force at the begin [m]
+  double small_dent = 0.0;         ///< of the continuum in small deformation, at the last force [m]
+  double cutting_force = 0.0;      ///< of the layer [N]
+  double begin = 0.0;              ///< depth of the layer's begin [m]
+  double end = 0.0;                ///< and of its end [m]
   double end_dent = 0.0;           ///< of the continuum under the cutting force there [m]
   /// phi, the force of a linear contact with the same gap, for each force [N]; linear between them
   /// and beyond. Empty until the grid's own dent is known.
@@ -75,8 +78,8 @@ struct DentTable {
   /// Sets phi for a contact with the compliance `unit` [m/N]. `own` are the dents of the grid under
   /// the same forces [m], `least` the least slope of phi.
   void set_gaps(double unit, const std::vector<double>& own, double least);
-  /// Completes the law of a skin: `own` are the dents of the grid under the same forces at the
-  /// skin, `own_end` the one under the cutting force at the skin's end [m].
+  /// Completes the law of a layer: `own` are the dents of the grid under the same forces at its
+  /// begin, `own_end` the one under the cutting force at its end [m].
   void complete(const std::vector<double>& depth, const std::vector<double>& lacking,
                 const std::vector<double>& own, double own_end);
   [[nodiscard]] bool is_complete() const noexcept { return !linear_force.empty(); }
@@ -95,7 +98,7 @@ struct DentLaw {
   double compliance = 0.0;           ///< c_s, that the grid lacks [m/N]
   double continuum = 0.0;            ///< c_c, of the continuum [m/N]
   double toe = 0.0;                  ///< dent of the continuum up to which the contact stiffens [m]
-  const DentTable* table = nullptr;  ///< of a skin or a sphere; not with a toe
+  const DentTable* table = nullptr;  ///< of a deep dent or a sphere; not with a toe
 
   /// Slope of the force at rest as a share of 1 / c_c.
   static constexpr double slope_at_rest = 0.02;
@@ -123,14 +126,14 @@ struct TipCompliance {
   double spacing = 0.0;                ///< of the planes of nodes [m]
   /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
   double excess = 0.0;
-  DentTable table{};  ///< of the first interval of the path; without dents: none
+  /// Of intervals that are dented deeply, or of a sphere. One without dents has a linear law.
+  std::vector<DentTable> tables{};
   [[nodiscard]] double at(double place) const noexcept;
   /// Returns true if the force of every contact is proportional to its gap.
-  [[nodiscard]] bool is_linear() const noexcept {
-    return of_continuum.empty() && !table.is_complete();
-  }
-  /// Returns the law of the contact at a place, in tissue with a toe [m], or in the skin.
-  [[nodiscard]] DentLaw law(double place, double toe, bool skin) const noexcept;
+  [[nodiscard]] bool is_linear() const noexcept;
+  /// Returns the law of the contact at a place in an interval of the path, whose tissue may have a
+  /// toe [m].
+  [[nodiscard]] DentLaw law(double place, double toe, std::size_t interval) const noexcept;
   /// Returns the next depth of the table beyond `place`; infinite beyond the last [m].
   [[nodiscard]] double next(double place) const noexcept;
 };

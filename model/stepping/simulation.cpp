@@ -456,16 +456,20 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     for (const Column& column : tool_columns(scene)) { columns.push_back(column); }
     text_columns = tool_text_columns();
   }
-  /// Completes the law of a contact on a skin that is dented deeply: what the network's own dent
+  /// Completes the laws of a contact on layers that are dented deeply: what the network's own dent
   /// leaves of the continuum's.
   void bend_contact(const Scene& scene) {
-    DentTable& large = plan.tip.table;
-    if (large.dent.empty() || large.is_complete()) { return; }
+    const auto open = [](const DentTable& table) {
+      return !table.dent.empty() && !table.is_complete();
+    };
+    if (std::ranges::none_of(plan.tip.tables, open)) { return; }
     const NeedlePath path(scene, network->network());
     std::unique_ptr<NetworkSystem<Real>> list;  // explicit schemes may have no matrices
     if (!plan.integrator->implicit) {
       if (network->free_nodes().size() > most_implicit_nodes) {
-        plan.warnings.push_back(membrane_warning(path, plan.tip));
+        for (const DentTable& table : plan.tip.tables) {
+          if (open(table)) { plan.warnings.push_back(membrane_warning(path, table)); }
+        }
         return;
       }
       StepPlan still = plan;
@@ -474,16 +478,18 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
       list = make_network_system<Real>(*network, still);
     }
     NetworkSystem<Real>& pressed = list ? *list : *network_;
-    const std::size_t count = large.dent.size();
-    const std::vector<double> own =
-        dents_of_grid(pressed, path, path.knots().front().depth, large.step, count);
-    const std::vector<double> at_end = dents_of_grid(
-        pressed, path, large.end, large.cutting_force / static_cast<double>(count - 1), count);
-    if (own.empty() || at_end.empty()) {
-      plan.warnings.push_back(membrane_warning(path, plan.tip));
-      return;
+    for (DentTable& table : plan.tip.tables) {
+      if (!open(table)) { continue; }
+      const std::size_t count = table.dent.size();
+      const std::vector<double> own = dents_of_grid(pressed, path, table.begin, table.step, count);
+      const std::vector<double> at_end = dents_of_grid(
+          pressed, path, table.end, table.cutting_force / static_cast<double>(count - 1), count);
+      if (own.empty() || at_end.empty()) {
+        plan.warnings.push_back(membrane_warning(path, table));
+      } else {
+        table.complete(plan.tip.depth, plan.tip.value, own, at_end.back());
+      }
     }
-    large.complete(plan.tip.depth, plan.tip.value, own, at_end.back());
   }
   /// Advances from t by one implicit step of h [s], in halves if it has no solution.
   void advance(double t, double h, int halvings) noexcept {

@@ -74,7 +74,7 @@ ReductionError::Push expected_push(const Scene& scene, const NeedlePath& path,
   const Drive drive = scene.drive.value_or(Drive{});
   const std::vector<PathInterval>& intervals = path.intervals();
   const std::size_t here = path.interval_at(std::max(depth, 0.0));
-  const DentLaw law = tip.law(depth, intervals[here].indentation_toe, here == 0);
+  const DentLaw law = tip.law(depth, intervals[here].indentation_toe, here);
   ReductionError::Push push{.force = drive.force,
                             .contact = law.is_linear() ? law.compliance : 0.0};
   if (scene.needle) {
@@ -594,7 +594,8 @@ void warn_of_folding(const Scene& scene, const NeedlePath& path, StepPlan& plan)
   const PathInterval& first = path.tissue().front();
   if (!(first.youngs_modulus > 0.0) || first.poissons_ratio >= resists) { return; }
   // A skin over soft tissue has its own law or warning.
-  if (scene.needle && plan.tip.table.step > 0.0) { return; }
+  const std::vector<DentTable>& tables = plan.tip.tables;
+  if (scene.needle && !tables.empty() && tables.front().interval == 0) { return; }
   const Drive drive = scene.drive.value_or(Drive{});
   if (scene.probe && drive.is_coupled()) { return; }  // a hand decides
   double dent = plan.tip.continuum * drive.force;
@@ -650,10 +651,10 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
     warn_of_collapse(path, plan);
     warn_of_folding(scene, path, plan);
     warn_of_curvature(scene, plan);
-    const bool skin = tip.table.step > 0.0 && !tip.table.is_complete();
-    if (skin && (tip.table.dent.empty() || scene.simulation.printed.any())) {
-      tip.table.dent.clear();
-      plan.warnings.push_back(membrane_warning(path, tip));
+    for (DentTable& table : tip.tables) {
+      if (table.is_complete()) { continue; }
+      if (scene.simulation.printed.any()) { table.dent.clear(); }
+      if (table.dent.empty()) { plan.warnings.push_back(membrane_warning(path, table)); }
     }
   }
   if (tip.excess > 0.05) {
@@ -685,9 +686,15 @@ void add_contact(const Scene& scene, const NetworkProblem& problem, StepPlan& pl
         "compliance of the contact: the grid resolves the tool, or its "
         "material is unknown");
   } else {
-    const double softest = tip.table.dent.empty() ? 1.0 : DentTable::least_slope;
-    stiffness += 1.0 / (tip.table.is_complete() ? tip.table.least_compliance()
-                                                : softest * std::ranges::min(tip.value));
+    double least = std::ranges::min(tip.value);
+    for (const DentTable& table : tip.tables) {
+      if (table.is_complete()) {
+        least = table.least_compliance();
+      } else if (!table.dent.empty()) {
+        least = DentTable::least_slope * std::ranges::min(tip.value);
+      }
+    }
+    stiffness += 1.0 / least;
   }
   if (stiffness == 0.0) { return; }
   double mobility = 0.0;
@@ -762,12 +769,11 @@ std::string kernel_name(bool lattice, bool printed, bool damped, bool single) {
 
 }  // namespace
 
-std::string membrane_warning(const NeedlePath& path, const TipCompliance& tip) {
-  const PathInterval& skin = path.intervals().front();
+std::string membrane_warning(const NeedlePath& path, const DentTable& table) {
+  const PathInterval& skin = path.intervals()[table.interval];
   const double thickness = (skin.end - skin.begin) * path.direction().z();
-  const double dent = tip.continuum * std::max(skin.puncture_force, skin.cutting_force);
   return skin.label + " (" + number(1e3 * thickness) + " mm) is dented by about " +
-         number(1e3 * dent) +
+         number(1e3 * table.small_dent) +
          " mm before it is cut. Its contact is linear, which such a dent is not: the depth of the "
          "puncture depends on the spacing, and palpate run --refine measures by how much";
 }

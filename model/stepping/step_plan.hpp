@@ -53,9 +53,9 @@ struct StepPlan {
 /// Throws std::invalid_argument for an integrator that is unknown or does not support an erratum.
 StepPlan plan_steps(const Scene& scene, const Problem& problem, bool skip = true);
 
-/// Returns the warning that a first layer is dented too deep, because neither its cells nor the
-/// linear compliance of the contact have the tension of a membrane.
-std::string membrane_warning(const NeedlePath& path, const TipCompliance& tip);
+/// Returns the warning that a layer is dented too deep, because neither its cells nor the linear
+/// compliance of the contact have the tension of a membrane.
+std::string membrane_warning(const NeedlePath& path, const DentTable& table);
 
 /// Builds the network in the planned form. `problem` must outlive it.
 template <class Real>

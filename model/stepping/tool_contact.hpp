@@ -738,7 +738,7 @@ template <class Real> class ToolContact : public ToolState, private ContactMemor
   /// Returns the law of the contact at a depth, in the tissue that the tip presses.
   [[nodiscard]] DentLaw law_at(double depth) const noexcept {
     const std::size_t interval = path_.interval_at(cut_);
-    return compliance_.law(depth, path_.intervals()[interval].indentation_toe, interval == 0);
+    return compliance_.law(depth, path_.intervals()[interval].indentation_toe, interval);
   }
   /// Returns the end of the piece of the path from `depth` on in which U and c_s are linear [m].
   [[nodiscard]] double end_of_piece(double depth) const noexcept {

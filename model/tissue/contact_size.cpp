@@ -731,21 +731,22 @@ void DentTable::set_gaps(double unit, const std::vector<double>& own, double lea
 
 void DentTable::complete(const std::vector<double>& depth, const std::vector<double>& lacking,
                          const std::vector<double>& own, double own_end) {
-  set_gaps(lacking.front(), own, least_slope);
-  // Through the skin the dents change as in small deformation, but to the end's.
+  const double unit = between(depth, lacking, begin);
+  set_gaps(unit, own, least_slope);
+  // Through the layer the dents change as in small deformation, but to the end's.
   const double force = phi(cutting_force);
   if (!(force > 0.0)) {  // a tip that cuts without force dents nothing
     compliance = lacking;
     return;
   }
-  const double beyond = lacking.front() * (cutting_force - force);
+  const double beyond = unit * (cutting_force - force);
   const double at_end = between(depth, lacking, end) * cutting_force - beyond;
-  const double ramp = (end_dent - own_end - at_end) / (end - depth.front());
+  const double ramp = (end_dent - own_end - at_end) / (end - begin);
   compliance.clear();
   for (std::size_t n = 0; n < depth.size(); ++n) {
     const double gap =
-        lacking[n] * cutting_force - beyond + ramp * (std::min(depth[n], end) - depth.front());
-    compliance.push_back(std::max(gap / force, least_slope * lacking.front()));
+        lacking[n] * cutting_force - beyond + ramp * (std::clamp(depth[n], begin, end) - begin);
+    compliance.push_back(std::max(gap / force, least_slope * unit));
   }
 }
 
@@ -791,10 +792,15 @@ double DentLaw::energy(double gap) const noexcept {
 
 double TipCompliance::at(double place) const noexcept { return between(depth, value, place); }
 
-DentLaw TipCompliance::law(double place, double toe, bool skin) const noexcept {
+bool TipCompliance::is_linear() const noexcept {
+  return of_continuum.empty() && std::ranges::none_of(tables, &DentTable::is_complete);
+}
+
+DentLaw TipCompliance::law(double place, double toe, std::size_t interval) const noexcept {
   if (value.empty()) { return {}; }
-  if (skin && table.is_complete()) {
-    return {.compliance = between(depth, table.compliance, place), .table = &table};
+  const auto table = std::ranges::find(tables, interval, &DentTable::interval);
+  if (table != tables.end() && table->is_complete()) {
+    return {.compliance = between(depth, table->compliance, place), .table = &*table};
   }
   return {at(place), toe > 0.0 ? between(depth, of_continuum, place) : 0.0, toe};
 }
@@ -829,34 +835,51 @@ std::vector<double> depths_of(const NeedlePath& path, const std::vector<double>&
   return depths;
 }
 
-/// Returns the dents of a first layer that is dented deeper than it is thick before it is cut, and
-/// is stiff enough to resist by its tension. Without dents, but with a step, the contact cannot
+/// Returns the dents of an interval of the path that is dented deeper than it is thick before it is
+/// cut, and is stiff enough to resist by its tension: a first layer, or a thin one between softer
+/// ones. `layer` is its place in the column. Without dents, but with a step, the contact cannot
 /// follow such a dent: the layer is too soft, or its force is out of reach of the layers' law.
-DentTable large_dent(const std::vector<PathInterval>& intervals, double slope,
-                     const std::vector<ColumnLayer>& layers, double radius,
+DentTable large_dent(const std::vector<PathInterval>& intervals, std::size_t interval, double slope,
+                     const std::vector<ColumnLayer>& layers, std::size_t layer, double radius,
                      const std::vector<double>& continuum, const TipCompliance& tip) {
   constexpr int steps = 8;
-  constexpr double least_contrast = 3.0;  // of a skin, with the next layer
-  if (intervals.size() < 2 || layers.size() < 2) { return {}; }
-  const PathInterval& skin = intervals[0];
+  constexpr double least_contrast = 3.0;  // with the layers beside it
+  if (interval + 1 >= intervals.size() || layer + 1 >= layers.size()) { return {}; }
+  const PathInterval& skin = intervals[interval];
   const double force = std::max(skin.puncture_force, skin.cutting_force);
   const double thickness = (skin.end - skin.begin) * slope;
-  if (!std::isfinite(force) || !(force * tip.continuum > thickness)) { return {}; }
-  DentTable large{.step = force / steps, .cutting_force = skin.cutting_force, .end = skin.end};
-  if (skin.youngs_modulus < least_contrast * intervals[1].youngs_modulus) { return large; }
+  const double soft = between(tip.depth, continuum, skin.begin);
+  if (skin.indentation_toe > 0.0 || !std::isfinite(force) || !(force * soft > thickness)) {
+    return {};
+  }
+  DentTable large{.interval = interval,
+                  .step = force / steps,
+                  .small_dent = force * soft,
+                  .cutting_force = skin.cutting_force,
+                  .begin = skin.begin,
+                  .end = skin.end};
+  const bool inner = interval > 0;
+  const auto outweighs = [&](const ColumnLayer& other) {
+    return skin.youngs_modulus >= least_contrast * other.youngs_modulus;
+  };
+  if (inner && (thickness > tip.spacing || skin.law.stiffens() || !outweighs(layers[layer - 1]) ||
+                !outweighs(layers[layer + 1]))) {
+    return {};
+  }
+  if (!outweighs(layers[layer + 1])) { return large; }
   std::vector<double> forces{1e-3 * large.step};  // small deformation first
   for (int n = 1; n <= steps; ++n) { forces.push_back(n * large.step); }
-  const std::vector<double> dents = large_dents(layers, radius, forces);
+  const std::vector<double> dents = large_dents(layers, layer, radius, forces);
   if (dents.empty()) { return large; }
   // Rings of finite size lack compliance close to the tip.
-  const double missing = tip.continuum - dents[0] / forces[0];
+  const double missing = soft - dents[0] / forces[0];
   large.multiple = large.dent = {0.0};
   for (std::size_t n = 1; n < dents.size(); ++n) {
     large.multiple.push_back(static_cast<double>(n));
     large.dent.push_back(dents[n] + missing * forces[n]);
   }
   large.end_dent = at_force(large, large.dent, skin.cutting_force) +
-                   (between(tip.depth, continuum, skin.end) - tip.continuum) * skin.cutting_force;
+                   (between(tip.depth, continuum, skin.end) - soft) * skin.cutting_force;
   return large;
 }
 
@@ -922,16 +945,24 @@ TipCompliance NeedlePath::tip_compliance(const Scene& scene, const SpringNetwork
     tip.of_continuum.push_back(std::max(continuum[n], tip.value[n]));
   }
   if (sphere) {
-    tip.table = sphere_dents(columns[0].layers, *scene.probe);
+    DentTable table = sphere_dents(columns[0].layers, *scene.probe);
     std::vector<double> own;
-    for (const double multiple : tip.table.multiple) {
-      own.push_back(tip.grid * multiple * tip.table.step);
+    for (const double multiple : table.multiple) {
+      own.push_back(tip.grid * multiple * table.step);
     }
-    tip.table.set_gaps(tip.continuum, own, least_share);
-    tip.table.compliance = {tip.continuum};
+    table.set_gaps(tip.continuum, own, least_share);
+    table.compliance = {tip.continuum};
+    tip.tables.push_back(std::move(table));
   }
-  if (scene.needle && !toe) {
-    tip.table = large_dent(intervals_, direction_.z(), columns[0].layers, radius, continuum, tip);
+  for (const Column& column : columns) {
+    if (!scene.needle) { break; }
+    std::size_t layer = 0;
+    for (std::size_t n = 0; n < intervals_.size() && layer < column.layers.size(); ++n) {
+      if (!(intervals_[n].end > column.planes.front())) { continue; }
+      DentTable table =
+          large_dent(intervals_, n, direction_.z(), column.layers, layer++, radius, continuum, tip);
+      if (table.step > 0.0) { tip.tables.push_back(std::move(table)); }
+    }
   }
   return tip;
 }

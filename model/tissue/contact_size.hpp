@@ -26,10 +26,11 @@ struct ColumnLayer {
 std::vector<double> continuum_compliance(const std::vector<ColumnLayer>& layers, double radius,
                                          const std::vector<double>& depths);
 
-/// Returns the dents [m] of the same layers under ascending forces [N], in large deformation. The
-/// layers are neo-Hookean. Returns an empty list if the tip finds no equilibrium.
-std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, double radius,
-                                const std::vector<double>& forces);
+/// Returns the dents [m] of the same layers under ascending forces [N] on top of the layer
+/// `pressed`, in large deformation. The layers are neo-Hookean. Returns an empty list if the tip
+/// finds no equilibrium.
+std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, std::size_t pressed,
+                                double radius, const std::vector<double>& forces);
 
 /// Returns the orders of the terms of a face's pressure, in the order of FacePressure: {n, 0} is
 /// the Legendre polynomial P_2n of a disc, {m, n} the product T_2m(x) T_2n(y) of Chebyshev

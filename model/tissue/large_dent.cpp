@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <ranges>
 
 #include "model/tissue/contact_size.hpp"
 
@@ -53,22 +54,31 @@ double add_places(std::vector<double>& places, double end, double step, double g
 }
 
 /// Axisymmetric block of neo-Hookean layers under a disc with the pressure of a rigid flat punch
-/// (model/EQUATIONS.md, "Large dent of a skin"). Each ring has one mean change of volume.
+/// on top of one of them (model/EQUATIONS.md, "Large dent of a skin"). Each ring has one mean
+/// change of volume. Those about an inner membrane, which bends over many times its thickness, have
+/// the shear of their centre: with that of each point they would be too stiff.
 class PressedLayers {
  public:
-  PressedLayers(const std::vector<ColumnLayer>& layers, double radius, double tolerance)
-      : tolerance_(tolerance) {
-    constexpr double growth = 1.1;
+  PressedLayers(const std::vector<ColumnLayer>& layers, std::size_t pressed, double radius,
+                double tolerance)
+      : tolerance_(tolerance), inner_(pressed > 0) {
+    const double growth = inner_ ? 1.2 : 1.1;
+    const double thickness = layers[pressed].thickness;
     std::vector<double> r{0.0, 0.5 * radius, radius};
     double depth = 0.0;
     for (const ColumnLayer& layer : layers) { depth += layer.thickness; }
-    add_places(r, 2.5 * depth + 20.0 * layers.front().thickness, 0.5 * radius, growth);
-    std::vector<double> z{0.0};
-    double end = 0.0;
-    double step = 0.25 * layers.front().thickness;
-    for (const ColumnLayer& layer : layers) {
-      end += layer.thickness;
-      step = add_places(z, end, step, z.size() == 1 ? 1.0 + 1e-9 : growth);
+    add_places(r, 2.5 * depth + 20.0 * thickness, 0.5 * radius, growth);
+    std::vector<double> above{0.0};  // places above the tip, upwards
+    double step = 0.25 * thickness;
+    for (std::size_t n = pressed; n-- > 0;) {
+      step = add_places(above, above.back() + layers[n].thickness, step, growth);
+    }
+    std::vector<double> z;
+    for (const double height : above | std::views::reverse) { z.push_back(-height); }
+    step = 0.25 * thickness;
+    for (std::size_t n = pressed; n < layers.size(); ++n) {
+      const double end = (n == pressed ? 0.0 : z.back()) + layers[n].thickness;
+      step = add_places(z, end, step, n == pressed ? 1.0 + 1e-9 : growth);
     }
     columns_ = static_cast<int>(r.size());
     coordinate_.assign(2 * r.size() * z.size(), -1);
@@ -79,12 +89,12 @@ class PressedLayers {
       }
     }
     std::size_t of = 0;
-    double below = layers.front().thickness;
+    double below = z.front() + layers.front().thickness;
     for (std::size_t n = 0; n + 1 < z.size(); ++n) {
       while (0.5 * (z[n] + z[n + 1]) > below) { below += layers[++of].thickness; }
       for (std::size_t k = 0; k + 1 < r.size(); ++k) { add_ring(layers[of], r, z, n, k); }
     }
-    spread_pressure(radius, r);
+    spread_pressure(radius, r, above.size() - 1);
     displacement_.setZero(count_);
     assemble(displacement_);
     factors_.analyzePattern(stiffness_);
@@ -145,8 +155,10 @@ class PressedLayers {
         here.slope.setZero();
         for (int a = 0; a < 4; ++a) {
           const auto i = static_cast<std::size_t>(a);
-          here.slope(0, 2 * a) = here.slope(2, 2 * a + 1) = over_r[i] / width;
-          here.slope(1, 2 * a) = here.slope(3, 2 * a + 1) = over_z[i] / height;
+          here.slope(0, 2 * a) = over_r[i] / width;
+          here.slope(3, 2 * a + 1) = over_z[i] / height;
+          here.slope(2, 2 * a + 1) = (inner_ ? std::copysign(0.5, over_r[i]) : over_r[i]) / width;
+          here.slope(1, 2 * a) = (inner_ ? std::copysign(0.5, over_z[i]) : over_z[i]) / height;
           here.slope(4, 2 * a) = shape[i] / radius;
         }
         here.weight = 0.5 * std::numbers::pi * radius * width * height;
@@ -155,8 +167,8 @@ class PressedLayers {
     }
     rings_.push_back(ring);
   }
-  /// Distributes a unit force over the nodes of the skin.
-  void spread_pressure(double radius, const std::vector<double>& r) {
+  /// Distributes a unit force over the nodes of a row.
+  void spread_pressure(double radius, const std::vector<double>& r, std::size_t row) {
     weight_.setZero(count_);
     constexpr int circles = 400;  // of equal force
     for (int n = 0; n < circles; ++n) {
@@ -164,8 +176,9 @@ class PressedLayers {
       const double at = radius * std::sqrt(share * (2.0 - share));
       const std::size_t k = at < r[1] ? 0 : 1;
       const double part = (at - r[k]) / (r[k + 1] - r[k]);
-      weight_(coordinate_[2 * k + 1]) += (1.0 - part) / circles;
-      weight_(coordinate_[2 * k + 3]) += part / circles;
+      const std::size_t node = row * r.size() + k;
+      weight_(coordinate_[2 * node + 1]) += (1.0 - part) / circles;
+      weight_(coordinate_[2 * node + 3]) += part / circles;
     }
   }
   [[nodiscard]] Eigen::Matrix<double, 8, 1> of_ring(const Ring& ring, const VectorXd& u) const {
@@ -253,6 +266,7 @@ class PressedLayers {
   }
 
   double tolerance_;  ///< of the residual [N]
+  bool inner_;        ///< tissue lies above the pressed layer
   int columns_ = 0;
   int count_ = 0;                ///< of free coordinates
   std::vector<int> coordinate_;  ///< of r and z of each node; -1: held
@@ -268,12 +282,12 @@ class PressedLayers {
 
 }  // namespace
 
-std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, double radius,
-                                const std::vector<double>& forces) {
-  PressedLayers pressed(layers, radius, 1e-9 * forces.back());
+std::vector<double> large_dents(const std::vector<ColumnLayer>& layers, std::size_t pressed,
+                                double radius, const std::vector<double>& forces) {
+  PressedLayers block(layers, pressed, radius, 1e-9 * forces.back());
   std::vector<double> dents;
   for (const double force : forces) {
-    const std::optional<double> dent = pressed.press(force);
+    const std::optional<double> dent = block.press(force);
     if (!dent) { return {}; }
     dents.push_back(*dent);
   }

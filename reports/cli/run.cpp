@@ -322,7 +322,7 @@ void estimate_reduction(const LoadedScene& loaded, const Trace& trace, ErrorSour
         const double cut = trace.values("tool.cut_m")[row];
         const std::size_t interval = path->interval_at(cut);
         const DentLaw law =
-            plan.tip.law(cut, path->intervals()[interval].indentation_toe, interval == 0);
+            plan.tip.law(cut, path->intervals()[interval].indentation_toe, interval);
         if (law.is_linear()) { moment.contact = law.compliance; }
       }
       moments.push_back(moment);

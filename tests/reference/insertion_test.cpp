@@ -199,27 +199,43 @@ TEST("the law of a large dent is the model's, with the dents of the grid compute
   scene.materials[0].youngs_modulus = 1e6;
   scene.materials[1].youngs_modulus = 10e3;
   scene.simulation.integrator = "implicit-euler";
-  const DentTable large = Simulation(scene).plan().tip.table;
+  const DentTable large = Simulation(scene).plan().tip.tables.at(0);
   const NeedleTrack track = track_of(scene);
-  REQUIRE(track.dent.has_value());
-  REQUIRE(track.dent->phi.size() == large.linear_force.size());
-  for (std::size_t n = 1; n < track.dent->phi.size(); ++n) {
-    CHECK_NEAR(track.dent->phi[n] / large.linear_force[n], 1.0, 1e-5);
+  REQUIRE(track.dents.size() == 1);
+  const TrackDent& dent = track.dents.at(0);
+  REQUIRE(dent.phi.size() == large.linear_force.size());
+  for (std::size_t n = 1; n < dent.phi.size(); ++n) {
+    CHECK_NEAR(dent.phi[n] / large.linear_force[n], 1.0, 1e-5);
   }
   for (std::size_t n = 0; n < track.give.size(); ++n) {
-    CHECK_NEAR(track.dent->compliance[n] / large.compliance[n], 1.0, 1e-5);
+    CHECK_NEAR(dent.compliance[n] / large.compliance[n], 1.0, 1e-5);
   }
   for (const double force : {-0.1, 0.2, 0.6, 0.9, 1.2}) {  // before, within and beyond the table
-    CHECK_NEAR(track.dent->force_of(track.dent->phi_of(force)), force, 1e-12);
-    CHECK_NEAR(track.dent->phi_of(force), large.phi(force), 1e-4);
+    CHECK_NEAR(dent.force_of(dent.phi_of(force)), force, 1e-12);
+    CHECK_NEAR(dent.phi_of(force), large.phi(force), 1e-4);
   }
   for (const double force : {0.2, 0.6, 0.9, 1.2}) {
-    CHECK_NEAR(track.dent->work(force) / large.work(force), 1.0, 1e-4);
+    CHECK_NEAR(dent.work(force) / large.work(force), 1.0, 1e-4);
   }
-  CHECK_NEAR(track.give_at(0, 0, 0.0)[0], track.dent->compliance[0], 0.0);
+  CHECK_NEAR(track.give_at(0, 0, 0.0)[0], dent.compliance[0], 0.0);
   CHECK_NEAR(track.give_at(1, 0, 0.0)[0], track.give[0].compliance, 0.0);
   scene.materials[0].cutting_force = 0.01;
-  CHECK(!track_of(scene).dent);
+  CHECK(track_of(scene).dents.empty());
+}
+
+TEST("the law of a membrane inside the tissue is the model's too") {
+  Scene scene =
+      sample::block_scene(5, {{0.006, 0.01, 1.0}, {0.0007, 0.5, 0.0}, {0.0133, 0.01, 1.0}}, {});
+  scene.materials[1].youngs_modulus = 12.2e6;
+  scene.simulation.integrator = "implicit-euler";
+  const DentTable large = Simulation(scene).plan().tip.tables.at(0);
+  const NeedleTrack track = track_of(scene);
+  REQUIRE(track.dents.size() == 1);
+  const TrackDent& dent = track.dents.at(1);
+  for (std::size_t n = 1; n < dent.phi.size(); ++n) {
+    CHECK_NEAR(dent.phi[n] / large.linear_force[n], 1.0, 1e-5);
+  }
+  CHECK(track.dent_in(0) == nullptr);
 }
 
 TEST("the last inclusion that holds a point wins, by its exact shape") {

@@ -106,7 +106,7 @@ TEST(
   scene.materials[1].youngs_modulus = 20e3;
   scene.simulation.integrator = "implicit-euler";
   const Simulation simulation(scene);
-  const DentTable& large = simulation.plan().tip.table;
+  const DentTable& large = simulation.plan().tip.tables.at(0);
   CHECK(!mentions(simulation.plan().warnings, "is dented by about"));
   REQUIRE(large.linear_force.size() == 9);
   for (std::size_t n = 1; n < 9; ++n) { CHECK(large.linear_force[n] > large.linear_force[n - 1]); }
@@ -114,10 +114,13 @@ TEST(
   // Explicit schemes have the same law.
   scene.simulation.integrator = "velocity-verlet";
   const Simulation explicit_one(scene);
-  const DentTable& same = explicit_one.plan().tip.table;
+  const DentTable& same = explicit_one.plan().tip.tables.at(0);
   REQUIRE(same.linear_force.size() == 9);
   CHECK_NEAR(same.linear_force[8], large.linear_force[8], 1e-5 * large.linear_force[8]);
-  const auto law_of = [&] { return plan_of(scene).tip.table.dent.size(); };
+  const auto law_of = [&] {
+    const std::vector<DentTable> tables = plan_of(scene).tip.tables;
+    return tables.empty() ? 0 : tables.front().dent.size();
+  };
   CHECK(law_of() == 9);
   scene.materials[0].cutting_force = 0.1;  // cut before the dent is as deep
   CHECK(law_of() == 0);
@@ -133,6 +136,39 @@ TEST(
   scene.materials[0].cutting_force = 300.0;  // would pierce layers as stiff as these
   CHECK(law_of() == 0);
   CHECK(mentions(plan_of(scene).warnings, "skin (2 mm) is dented by about"));
+}
+
+TEST("a thin membrane between softer layers gets the law of a large dent") {
+  Scene scene = layered_scene();
+  scene.materials = {{.name = "soft", .youngs_modulus = 2.4e3, .cutting_force = 0.01},
+                     {.name = "membrane", .youngs_modulus = 12.2e6, .cutting_force = 2.0},
+                     {.name = "bed", .youngs_modulus = 2.4e3, .cutting_force = 0.01}};
+  scene.tissue.layers = {
+      {"soft", "soft", 0.006}, {"membrane", "membrane", 0.0007}, {"bed", "bed", 0.0133}};
+  scene.simulation.integrator = "implicit-euler";
+  const auto laws = [&] { return plan_of(scene).tip.tables; };
+  const Simulation simulation(scene);
+  REQUIRE(simulation.plan().tip.tables.size() == 1);
+  const DentTable& table = simulation.plan().tip.tables[0];
+  CHECK(table.interval == 1);
+  CHECK_NEAR(table.begin, 0.006, 1e-12);
+  CHECK_NEAR(table.end, 0.0067, 1e-12);
+  CHECK(table.linear_force.size() == 9);
+  scene.materials[1].stiffening = Stiffening{.rate = 4.0, .largest = 20.0};
+  CHECK(laws().empty());
+  scene.materials[1].stiffening = {};
+  scene.materials[2].youngs_modulus = 5e6;  // no bed that gives way
+  CHECK(laws().empty());
+  scene.materials[2].youngs_modulus = 2.4e3;
+  scene.materials[0].youngs_modulus = 5e6;
+  CHECK(laws().empty());
+  scene.materials[0].youngs_modulus = 2.4e3;
+  scene.materials[1].cutting_force = 0.05;  // cut before the dent is as deep
+  CHECK(laws().empty());
+  scene.materials[1].cutting_force = 2.0;
+  CHECK(laws().size() == 1);
+  scene.tissue.layers[1].thickness = 1.1 * scene.tissue.block.spacing;  // the grid resolves it
+  CHECK(laws().empty());
 }
 
 TEST("the number of substeps is the smallest that keeps the margin") {

@@ -374,7 +374,7 @@ TEST("dents in large deformation begin as those of the layered continuum") {
   for (const double thickness : {5e-3, 28e-3}) {
     const std::vector<ColumnLayer> layers{{2e-3, 1.5e6, 0.48}, {thickness, 9.1e3, 0.49}};
     const double exact = continuum_compliance(layers, 0.8e-3, {0.0})[0];
-    const std::vector<double> dents = large_dents(layers, 0.8e-3, {1e-4, 4.0});
+    const std::vector<double> dents = large_dents(layers, 0, 0.8e-3, {1e-4, 4.0});
     CHECK(dents.size() == 2);
     // Rings of a quarter of the skin and half of the tip are stiffer than the continuum.
     CHECK_NEAR(dents.at(0) / 1e-4, exact, 0.04 * exact);
@@ -384,8 +384,24 @@ TEST("dents in large deformation begin as those of the layered continuum") {
   }
 }
 
+TEST("a membrane between softer layers is dented like the layered continuum, then by its tension") {
+  for (const double thickness : {0.3e-3, 0.7e-3}) {
+    const std::vector<ColumnLayer> layers{
+        {6e-3, 2.4e3, 0.49}, {thickness, 12.2e6, 0.45}, {14e-3, 2.4e3, 0.49}};
+    const double exact = continuum_compliance(layers, 0.8e-3, {6e-3})[0];
+    const std::vector<double> dents = large_dents(layers, 1, 0.8e-3, {1e-4, 0.1, 0.4, 1.0, 2.0});
+    REQUIRE(dents.size() == 5);
+    // Rings that grow by a fifth from one to the next.
+    CHECK_NEAR(dents.at(0) / 1e-4, exact, 0.02 * exact);
+    // Dents grow with the force where a plate bends, and with its cube root where it is in tension.
+    CHECK(dents.at(4) / dents.at(3) > std::cbrt(2.0));
+    CHECK(dents.at(4) / dents.at(3) < 2.0);
+    CHECK(dents.at(4) < 0.5 * exact * 2.0);
+  }
+}
+
 TEST("layers that a tip would pierce have no dent in large deformation") {
-  CHECK(large_dents({{2e-3, 1e3, 0.48}, {20e-3, 1e2, 0.48}}, 0.8e-3, {1e-3, 10.0}).empty());
+  CHECK(large_dents({{2e-3, 1e3, 0.48}, {20e-3, 1e2, 0.48}}, 0, 0.8e-3, {1e-3, 10.0}).empty());
 }
 
 /// Law of a contact of 2 mm/N on a skin of 2 mm, and the dents of the grid, linear and stiffening.

@@ -82,6 +82,14 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
                                network = build_network(scene);
                              }
                            }};
+  const Mutation soft_dura{.name = "dura of half the modulus",
+                           .model = [](Scene& scene, SpringNetwork& network) {
+                             for (Material& material : scene.materials) {
+                               if (material.name != "dura") { continue; }
+                               material.youngs_modulus *= 0.5;
+                               network = build_network(scene);
+                             }
+                           }};
   const Mutation relaxed{.name = "time constants of relaxation +1 %",
                          .model = [](Scene& scene, SpringNetwork&) {
                            for (Material& material : scene.materials) {
@@ -94,6 +102,7 @@ TEST("every fault planted in an insertion fails the cases of needle and probe th
       "",
       {{wide, {"needle/continuum-stiffness"}},
        {soft_skin, {"needle/skin-dent", "probe/layer"}},
+       {soft_dura, {"needle/dura"}},
        {grid_bound, {"needle/shipped-scenes"}},
        {blunt, {"probe/layer", "probe/half-space"}},
        {stiff_face, {"probe/half-space"}},
