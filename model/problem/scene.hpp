@@ -25,6 +25,9 @@ namespace palpate {
 struct FalconDrive {
   /// Impedance of the hand on the grip: presets of mass, viscosity and stiffness.
   enum class Hand { light, medium, firm, two_stage } hand = Hand::medium;
+  /// Stiffness of the hand on the grip, at the preset's damping ratio; left out: the preset's
+  /// [N/m].
+  std::optional<double> hand_stiffness{};
   /// Published leg lengths of the device.
   enum class Geometry { libnifalcon, martin_hillier } geometry = Geometry::libnifalcon;
   /// Motor driver: exact, or with the defects of the common open-source driver.

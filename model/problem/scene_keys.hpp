@@ -518,6 +518,11 @@ template <class Visitor, Is<Drive> T> void fields(Visitor& v, T& d) {
 
 template <class Visitor, Is<FalconDrive> T> void fields(Visitor& v, T& f) {
   v.value("hand", f.hand, {.doc = "Preset of mass, viscosity and stiffness of the hand"});
+  v.value(
+      "hand_stiffness", f.hand_stiffness,
+      {"N/m", range::from_to(10, 20000),
+       "Stiffness of the hand on the grip, at the damping ratio of the preset; left out: of the "
+       "preset"});
   v.value("geometry", f.geometry, {.doc = "Published lengths of the device's legs"});
   v.value("profile", f.profile,
           {.doc = "Driver: exact, or with the defects of the common open-source driver"});

@@ -196,6 +196,15 @@ TEST("a clock changes when a tick is computed and nothing else") {
   check_equal(paced, hold(scene).run);
 }
 
+TEST("a hand of a given stiffness keeps mass and damping ratio of its preset") {
+  Scene scene = held_scene();
+  scene.falcon->hand_stiffness = 4000.0;
+  const device::HandImpedance hand = hand_of(scene).impedance;
+  CHECK_NEAR(hand.stiffness, 4000.0, 0.0);
+  CHECK_NEAR(hand.viscosity, 2.0 * device::firm_hand.viscosity, 1e-12);
+  CHECK_NEAR(hand.mass, device::firm_hand.mass, 0.0);
+}
+
 TEST("packets of a run that are replayed to another device have the same replies to the bit") {
   Scene scene = held_scene();
   scene.simulation.duration = 0.5;  // resistance is not lost yet: the hand gets no signal

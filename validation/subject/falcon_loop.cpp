@@ -70,6 +70,10 @@ device::Hand hand_of(const Scene& scene) {
     case FalconDrive::Hand::firm: hand.impedance = device::firm_hand; break;
     case FalconDrive::Hand::two_stage: hand.arm = device::arm_stage; break;
   }
+  if (settings.hand_stiffness) {
+    hand.impedance.viscosity *= std::sqrt(*settings.hand_stiffness / hand.impedance.stiffness);
+    hand.impedance.stiffness = *settings.hand_stiffness;
+  }
   device::IntentScript script{.start = grip_start(scene),
                               .reaction = {settings.reaction_delay, settings.reaction_delay},
                               .tremor = settings.tremor,
