@@ -844,7 +844,9 @@ DentTable large_dent(const std::vector<PathInterval>& intervals, std::size_t int
                      const std::vector<double>& continuum, const TipCompliance& tip) {
   constexpr int steps = 8;
   constexpr double least_contrast = 3.0;  // with the layers beside it
-  if (interval + 1 >= intervals.size() || layer + 1 >= layers.size()) { return {}; }
+  const bool inner = layer > 0;
+  const bool after_gap = interval > 0 && !inner;
+  if (after_gap || interval + 1 >= intervals.size() || layer + 1 >= layers.size()) { return {}; }
   const PathInterval& skin = intervals[interval];
   const double force = std::max(skin.puncture_force, skin.cutting_force);
   const double thickness = (skin.end - skin.begin) * slope;
@@ -858,7 +860,6 @@ DentTable large_dent(const std::vector<PathInterval>& intervals, std::size_t int
                   .cutting_force = skin.cutting_force,
                   .begin = skin.begin,
                   .end = skin.end};
-  const bool inner = interval > 0;
   const auto outweighs = [&](const ColumnLayer& other) {
     return skin.youngs_modulus >= least_contrast * other.youngs_modulus;
   };

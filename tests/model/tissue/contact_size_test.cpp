@@ -485,6 +485,10 @@ TEST("tissue behind a gap has the contact that it has alone") {
   for (double depth = 0.0; depth < 0.0149; depth += 0.5e-3) {
     CHECK_NEAR(behind.at(0.015 + depth), alone.at(depth), 1e-6 * alone.at(0.0));
   }
+  scene.materials[0].cutting_force =
+      30.0;  // a sheet behind the gap is dented deeper than it is thick
+  scene.tissue.layers.insert(scene.tissue.layers.begin() + 2, {"sheet", "sheet", 0.005});
+  CHECK(compliance_of(scene).tables.empty());  // it is no skin, and has no tissue before it
 }
 
 }  // namespace PALPATE_FILE
