@@ -289,7 +289,8 @@ std::vector<double> own_dents(const Scene& scene, const SpringNetwork& network,
 }
 
 void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& track) {
-  TipCompliance tip = NeedlePath(scene, network).tip_compliance(scene, network);
+  const NeedlePath path(scene, network);
+  TipCompliance tip = path.tip_compliance(scene, network);
   for (std::size_t n = 0; n < tip.value.size(); ++n) {
     track.give.push_back({tip.depth[n], tip.value[n]});
     if (!tip.of_continuum.empty()) { track.give.back().continuum = tip.of_continuum[n]; }
@@ -301,8 +302,9 @@ void add_give(const Scene& scene, const SpringNetwork& network, NeedleTrack& tra
       const auto dents = [&](double depth, double step) {
         return own_dents(scene, network, track, depth, step, count);
       };
-      const double at_end = dents(table.end, table.cutting_force / double(count - 1)).back();
-      table.complete(tip.depth, tip.value, dents(table.begin, table.step), at_end);
+      const PathInterval& layer = path.intervals()[table.interval];
+      const double at_end = dents(layer.end, layer.cutting_force / double(count - 1)).back();
+      table.complete(layer, tip.depth, tip.value, dents(layer.begin, table.step), at_end);
     }
     TrackDent& dent = track.dents[table.interval];
     dent = {.phi = table.linear_force, .compliance = table.compliance};

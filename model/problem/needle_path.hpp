@@ -64,10 +64,7 @@ struct DentTable {
   std::vector<double> multiple{};  ///< ascending from 0 [1]
   std::vector<double> dent{};      ///< of the continuum under each force at the begin [m]
   double small_dent = 0.0;         ///< of the continuum in small deformation, at the last force [m]
-  double cutting_force = 0.0;      ///< of the layer [N]
-  double begin = 0.0;              ///< depth of the layer's begin [m]
-  double end = 0.0;                ///< and of its end [m]
-  double end_dent = 0.0;           ///< of the continuum under the cutting force there [m]
+  double end_dent = 0.0;           ///< of the continuum under the cutting force at the end [m]
   /// phi, the force of a linear contact with the same gap, for each force [N]; linear between them
   /// and beyond. Empty until the grid's own dent is known.
   std::vector<double> linear_force{};
@@ -78,10 +75,10 @@ struct DentTable {
   /// Sets phi for a contact with the compliance `unit` [m/N]. `own` are the dents of the grid under
   /// the same forces [m], `least` the least slope of phi.
   void set_gaps(double unit, const std::vector<double>& own, double least);
-  /// Completes the law of a layer: `own` are the dents of the grid under the same forces at its
-  /// begin, `own_end` the one under the cutting force at its end [m].
-  void complete(const std::vector<double>& depth, const std::vector<double>& lacking,
-                const std::vector<double>& own, double own_end);
+  /// Completes the law of a layer of the path: `own` are the dents of the grid under the same
+  /// forces at its begin, `own_end` the one under the cutting force at its end [m].
+  void complete(const PathInterval& layer, const std::vector<double>& depth,
+                const std::vector<double>& lacking, const std::vector<double>& own, double own_end);
   [[nodiscard]] bool is_complete() const noexcept { return !linear_force.empty(); }
   [[nodiscard]] double phi(double force) const noexcept;  ///< [N]
   /// Returns T and its slope over phi, for a value of phi.
@@ -126,7 +123,8 @@ struct TipCompliance {
   double spacing = 0.0;                ///< of the planes of nodes [m]
   /// Largest excess of the grid's compliance over the continuum's, relative; it is not corrected.
   double excess = 0.0;
-  /// Of intervals that are dented deeply, or of a sphere. One without dents has a linear law.
+  /// Laws of contacts that are not linear: of layers that are dented deeply, or of a sphere. A
+  /// table without dents marks a layer for which no such law was found; its contact is linear.
   std::vector<DentTable> tables{};
   [[nodiscard]] double at(double place) const noexcept;
   /// Returns true if the force of every contact is proportional to its gap.

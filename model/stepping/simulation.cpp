@@ -480,14 +480,15 @@ template <class Real> class Simulation::CoreOf final : public Simulation::Core {
     NetworkSystem<Real>& pressed = list ? *list : *network_;
     for (DentTable& table : plan.tip.tables) {
       if (!open(table)) { continue; }
+      const PathInterval& layer = path.intervals()[table.interval];
       const std::size_t count = table.dent.size();
-      const std::vector<double> own = dents_of_grid(pressed, path, table.begin, table.step, count);
+      const std::vector<double> own = dents_of_grid(pressed, path, layer.begin, table.step, count);
       const std::vector<double> at_end = dents_of_grid(
-          pressed, path, table.end, table.cutting_force / static_cast<double>(count - 1), count);
+          pressed, path, layer.end, layer.cutting_force / static_cast<double>(count - 1), count);
       if (own.empty() || at_end.empty()) {
         plan.warnings.push_back(membrane_warning(path, table));
       } else {
-        table.complete(plan.tip.depth, plan.tip.value, own, at_end.back());
+        table.complete(layer, plan.tip.depth, plan.tip.value, own, at_end.back());
       }
     }
   }

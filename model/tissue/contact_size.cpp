@@ -729,23 +729,26 @@ void DentTable::set_gaps(double unit, const std::vector<double>& own, double lea
   }
 }
 
-void DentTable::complete(const std::vector<double>& depth, const std::vector<double>& lacking,
-                         const std::vector<double>& own, double own_end) {
+void DentTable::complete(const PathInterval& layer, const std::vector<double>& depth,
+                         const std::vector<double>& lacking, const std::vector<double>& own,
+                         double own_end) {
+  const double begin = layer.begin;
+  const double end = layer.end;
   const double unit = between(depth, lacking, begin);
   set_gaps(unit, own, least_slope);
   // Through the layer the dents change as in small deformation, but to the end's.
-  const double force = phi(cutting_force);
+  const double force = phi(layer.cutting_force);
   if (!(force > 0.0)) {  // a tip that cuts without force dents nothing
     compliance = lacking;
     return;
   }
-  const double beyond = unit * (cutting_force - force);
-  const double at_end = between(depth, lacking, end) * cutting_force - beyond;
+  const double beyond = unit * (layer.cutting_force - force);
+  const double at_end = between(depth, lacking, end) * layer.cutting_force - beyond;
   const double ramp = (end_dent - own_end - at_end) / (end - begin);
   compliance.clear();
   for (std::size_t n = 0; n < depth.size(); ++n) {
-    const double gap =
-        lacking[n] * cutting_force - beyond + ramp * (std::clamp(depth[n], begin, end) - begin);
+    const double gap = lacking[n] * layer.cutting_force - beyond +
+                       ramp * (std::clamp(depth[n], begin, end) - begin);
     compliance.push_back(std::max(gap / force, least_slope * unit));
   }
 }
@@ -854,12 +857,7 @@ DentTable large_dent(const std::vector<PathInterval>& intervals, std::size_t int
   if (skin.indentation_toe > 0.0 || !std::isfinite(force) || !(force * soft > thickness)) {
     return {};
   }
-  DentTable large{.interval = interval,
-                  .step = force / steps,
-                  .small_dent = force * soft,
-                  .cutting_force = skin.cutting_force,
-                  .begin = skin.begin,
-                  .end = skin.end};
+  DentTable large{.interval = interval, .step = force / steps, .small_dent = force * soft};
   const auto outweighs = [&](const ColumnLayer& other) {
     return skin.youngs_modulus >= least_contrast * other.youngs_modulus;
   };

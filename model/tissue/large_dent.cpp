@@ -62,6 +62,8 @@ class PressedLayers {
   PressedLayers(const std::vector<ColumnLayer>& layers, std::size_t pressed, double radius,
                 double tolerance)
       : tolerance_(tolerance), inner_(pressed > 0) {
+    // Rings that do not lock may be coarser: with 1.1 the dura's dent is 0.4 % larger, in twice the
+    // time.
     const double growth = inner_ ? 1.2 : 1.1;
     const double thickness = layers[pressed].thickness;
     std::vector<double> r{0.0, 0.5 * radius, radius};
